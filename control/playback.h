@@ -12,7 +12,7 @@
 namespace turbidock::control {
 
 struct PlaybackParams {
-  std::string file;
+  InputFile file;
   double begin_s = 0;
 
   bool operator==(const PlaybackParams&) const = default;

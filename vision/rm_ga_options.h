@@ -2,6 +2,7 @@
 // The settings of RM-GA: every key under `estimator`.
 
 #include <array>
+#include <string>
 #include <utility>
 
 #include "sim/base/fields.h"
@@ -51,10 +52,14 @@ struct RmGaOptions {
   static RmGaOptions Of(Preset preset) {
     return preset == Preset::kPublished ? Published() : RmGaOptions{};
   }
+  static constexpr std::array kPresets = {"preset"};
+  void Given(const std::string& key) {
+    if (key == "preset") *this = Of(preset);
+  }
 
   static void Fields(auto& self, auto&& field) {
     field("preset", self.preset, Range{},
-          "what the other keys begin with: default, or published (nothing of our own)");
+          "sets all other keys: default, or published (nothing of our own)");
     field("population", self.population, InRange(4, 10000), "individuals");
     field("generations_per_frame", self.generations_per_frame, InRange(1, 1000),
           "times a frame that the worst are replaced");

@@ -31,7 +31,7 @@ struct BatchArguments {
   PlanArguments plan;
   std::string out, shard = "1/1";
   JobArguments jobs;
-  bool json = false, quiet = false;
+  bool json = false, quiet = false, anew = false;
 };
 
 std::string Words(const batch::BatchProgress& progress) {
@@ -63,17 +63,19 @@ int Batch(const BatchArguments& arguments) {
       .Writes(arguments.out, system::kResultFile)
       .Writes(page, page::kPageFile)
       .Require();
-  batch::ResultStore store = batch::ResultStore::Write(arguments.out, batch::HeaderOf(plan, shard));
   Progress progress(arguments.quiet);
+  batch::RunOptions options;
+  options.jobs = arguments.jobs.For(arguments.out,
+                                    [&](const std::string& text) { progress.Say("  " + text); });
+  batch::ResultStore store =
+      batch::OpenResults(arguments.out, plan, shard, arguments.anew, options.jobs);
   progress.Say(fmt::format("{}: {}{} trials{}, plan {}, {}", plan.settings().description,
                            plan.settings().precision > 0 ? "up to " : "", plan.trials(),
                            shard.count > 1 ? ", of which shard " + shard.Text() : "", plan.hash(),
                            system::VersionAndCommit()));
+  for (const std::string& remark : plan.remarks()) progress.Say("  " + remark);
   if (const auto done = std::ssize(store.Done()); done > 0)
     progress.Say(fmt::format("  {} of them are in {} already", done, arguments.out));
-  batch::RunOptions options;
-  options.jobs = arguments.jobs.For(arguments.out,
-                                    [&](const std::string& text) { progress.Say("  " + text); });
   options.stop_requested = CatchStopSignals();
   const auto on_progress = [&](const batch::BatchProgress& now) {
     progress.ShowOrSay(static_cast<double>(now.done) / static_cast<double>(now.total), Words(now),
@@ -142,6 +144,7 @@ void AddBatch(CommandLine& line) {
       .Required();
   arguments.jobs.AddTo(&batch, "Processes; results do not depend on it");
   batch.Add("--shard I/N", arguments.shard, "Run part I of N only; merge puts them together");
+  batch.AddAnew(arguments.anew);
   batch.Flag("--json", arguments.json, "Print what status --json prints on stdout");
   batch.AddQuiet(arguments.quiet);
 

@@ -231,6 +231,11 @@ void Subcommand::AddQuiet(bool& quiet) {
   Flag("--quiet", quiet, "Print nothing on stderr but errors");
 }
 
+void Subcommand::AddAnew(bool& anew) {
+  Flag("--anew", anew,
+       "Of trials that are kept, run those anew whose scenario, files or program changed");
+}
+
 CommandLine::CommandLine(const std::string& name, const std::string& description,
                          const trial::Plugins& plugins)
     : plugins_(plugins), app_(std::make_unique<CLI::App>(description)) {

@@ -75,6 +75,7 @@ class Subcommand {
   Option AddFigure(std::string& file, const std::string& doc);
   void AddJson(bool& json);
   void AddQuiet(bool& quiet);
+  void AddAnew(bool& anew);
 
  private:
   CLI::App* app_;

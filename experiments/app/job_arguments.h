@@ -14,6 +14,7 @@ namespace turbidock::app {
 
 struct PlanArguments {
   std::string plan, gains;
+  std::vector<std::string> assignments = {};
   batch::PlanOverrides overrides = {};
 
   void AddTo(Subcommand* command, const trial::Plugins& plugins);

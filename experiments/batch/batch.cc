@@ -1,7 +1,12 @@
 #include "experiments/batch/batch.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <map>
 #include <utility>
+
+#include "experiments/trial/identity.h"
 
 namespace turbidock::batch {
 
@@ -66,6 +71,95 @@ std::optional<int64_t> TrialScheduler::Next() {
 
 int64_t TrialScheduler::most() const {
   return rule_.precision ? cells_of_shard_ * rule_.most : wanted_;
+}
+
+namespace {
+
+std::string LabelOf(const StoredTrial& trial) {
+  std::string label = fmt::format("trial {}", trial.trial);
+  for (const Parameter& parameter : trial.parameters) label += ", " + parameter.Assignment();
+  return label;
+}
+
+// What draws in these workers now, by what is asked for; nothing where that cannot be told.
+class Renderers {
+ public:
+  explicit Renderers(const JobOptions& jobs) : jobs_(jobs) {}
+
+  std::optional<std::string> Now(view::GlBackend asked) {
+    // on a cluster it is its nodes' and comes with their results
+    if (jobs_.slurm) return std::nullopt;
+    const auto [there, is_new] = known_.try_emplace(asked);
+    if (!is_new) return there->second;
+    const Work ask{"renderer", [asked](const std::string&) {
+                     std::string remark;
+                     return view::MakeGlContext(asked, &remark)->description();
+                   }};
+    const auto pool = MakePool({.workers = 1, .fork = jobs_.fork}, kJobTimeLimit_s, ask);
+    try {
+      MapEach(
+          pool.get(), {""}, [&](size_t, const std::string& text) { there->second = text; },
+          nullptr);
+    } catch (const SimulatorFault&) {  // a trial that has to be drawn will say so
+    }
+    return there->second;
+  }
+
+ private:
+  JobOptions jobs_;
+  std::map<view::GlBackend, std::optional<std::string>> known_;
+};
+
+// Which stored trials are still those of the plan.
+struct Kept {
+  std::vector<ResultStore::Renumbered> numbers;
+  std::string changed;  // of the first that is not: which, and what changed
+};
+
+Kept KeptOf(const ResultStore& store, const Plan& plan, const StoreHeader& header,
+            Renderers* renderers) {
+  Kept kept;
+  const std::string change = ChangeOf(store.header(), header);
+  for (const StoredTrial& trial : store.Trials()) {
+    const std::optional<int64_t> number = plan.NumberOf(trial.parameters, trial.sample);
+    if (!number) throw OtherResults(store.file(), LabelOf(trial) + ", is not of this plan", "");
+    const TrialSpec spec = plan.Trial(*number);
+    const trial::Scenario scenario = plan.ScenarioOf(spec);
+    const std::string& drawn = trial.record.renderer;
+    const std::string draws =
+        drawn.empty() ? "" : renderers->Now(scenario.renderer).value_or(drawn);
+    const bool is_same = spec.parameters == trial.parameters && spec.seed == trial.record.seed &&
+                         trial::IdentityOf(scenario, header.build, draws) == trial.identity;
+    if (is_same)
+      kept.numbers.push_back({.before = trial.trial, .trial = *number, .cell = spec.cell});
+    else if (kept.changed.empty())
+      kept.changed = LabelOf(trial) + ": " +
+                     (draws != drawn    ? "it was drawn by " + drawn + ", now by " + draws
+                      : !change.empty() ? change
+                                        : "its seed or its draws are others");
+  }
+  return kept;
+}
+
+}  // namespace
+
+ResultStore OpenResults(const std::string& file, const Plan& plan, const Shard& shard, bool anew,
+                        const JobOptions& jobs) {
+  const StoreHeader header = HeaderOf(plan, shard);
+  ResultStore store = ResultStore::Open(file, header);
+  const std::vector<std::string> differences = Differences(store.header(), header);
+  if (!differences.empty() && (shard.count > 1 || store.header().keys != header.keys))
+    throw OtherResults(file, differences[0], "");
+  Renderers renderers(jobs);
+  if (differences.empty() && store.AreDrawnBy([&](const std::string& drawn, int64_t trial) {
+        const view::GlBackend asked = plan.ScenarioOf(plan.Trial(trial)).renderer;
+        return renderers.Now(asked).value_or(drawn) == drawn;
+      }))
+    return store;
+  const Kept kept = KeptOf(store, plan, header, &renderers);
+  if (!kept.changed.empty() && !anew) throw OtherResults(file, kept.changed);
+  store.Become(header, kept.numbers);
+  return store;
 }
 
 TrialScheduler SchedulerOf(const ResultStore& store) {

@@ -82,7 +82,16 @@ struct BatchProgress : RunProgress {
   int64_t successes = 0;  // of `done`
 };
 
-// Runs until all trials of the store's shard are in it , or it is stopped.
+// A plan's file of results, made or opened. What is in it stays where it is of the plan and its
+// identity is the same, also when the plan has more cells, cases or trials than when the file was
+// begun. Trials that would be others now are named with what changed (OtherResults), or go with
+// `anew`. OtherResults also for trials that the plan does not have, and for another kind or shard;
+// a part of a batch stays of one plan.
+// `jobs`: whose workers draw.
+ResultStore OpenResults(const std::string& file, const Plan& plan, const Shard& shard, bool anew,
+                        const JobOptions& jobs);
+
+// Runs until all trials of the store's shard are in it, or it is stopped.
 // Of `options`, time limit and plugins are the plan's; `on_progress` takes the place of its own.
 // Errors as of TrialRunner::Run; what was stored stays.
 BatchProgress RunBatch(const Plan& plan, RunOptions options,

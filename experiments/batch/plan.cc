@@ -25,10 +25,21 @@ namespace fs = std::filesystem;
 
 constexpr const char* kScenarioKey = "scenario";
 constexpr const char* kCaseKey = "case";
-constexpr std::string_view kBySet = "--set ";  // begins a message about an assignment
 
-const std::vector<Parameter>& ValuesOf(const std::vector<Case>& cases, const std::string& name) {
+const std::vector<config::Assignment>& ValuesOf(const std::vector<Case>& cases,
+                                                const std::string& name) {
   return std::ranges::find(cases, name, &Case::name)->values;
+}
+
+config::Assignment SeedOf(int64_t seed) {
+  return {"seed", config::TextNode(std::to_string(seed), {nullptr, config::kFromSet, "seed"})};
+}
+
+// A cell by its case and grid.
+std::string CellName(const std::vector<Parameter>& parameters) {
+  std::string name;
+  for (const Parameter& parameter : parameters) name += parameter.Assignment() + "\n";
+  return name;
 }
 
 // What names a case, stratum or scenario becomes a key of the resolved plan and a cell of tables.
@@ -42,29 +53,32 @@ void RequireName(const std::string& name, const config::YamlNode& at) {
 // That a plan may give trials values of this key.
 void RequireGivable(const std::string& key, const config::YamlNode& at) {
   if (key == "seed") at.Fail("the plan gives each trial its seed; set master_seed");
-  if (key == "model") at.Fail("vary `scenario` instead of its model");
-  if (key == "vehicle_model")
-    at.Fail(
-        "its data are read with a scenario: give each vehicle one of its own and vary `scenario`");
   if (key == kCaseKey) at.Fail("is the key that `cases` makes; give those");
   if (key == kStratumKey) at.Fail("is the key that `strata` make; give those");
 }
 
-std::map<std::string, std::string> ModelFilesOf(
-    const std::map<std::string, trial::Scenario>& scenarios) {
-  std::map<std::string, std::string> files;
-  for (const auto& [name, scenario] : scenarios)
-    for (const trial::ModelFile& file : trial::ModelFilesOf(scenario))
-      files[file.file] = file.content;
-  return files;
+// Scenarios that name the same files have the same ones.
+std::string NamesIn(const trial::Scenario& scenario) {
+  std::string names;
+  for (const std::string& file : config::FilesNamedIn(scenario)) names += file + "\n";
+  return names;
+}
+
+// Of a resolved plan: where the files are that it names.
+constexpr const char* kFolderKey = "folder";
+
+config::YamlNode InItsFolder(config::YamlNode plan) {
+  if (const auto folder = plan.Find(kFolderKey))
+    plan.file = (fs::path(folder->Text().value_or("")) / fs::path(plan.file).filename()).string();
+  return plan;
 }
 
 }  // namespace
 
-std::string ModelFilesText(const std::map<std::string, trial::Scenario>& scenarios) {
+std::string ModelFilesText(const std::map<std::string, trial::ModelFile>& files) {
   std::string text = "model_files:\n";
-  for (const auto& [path, digest] : ModelFilesOf(scenarios))
-    text += fmt::format("  {}: content {}\n", YamlText(path), digest);
+  for (const auto& [name, file] : files)
+    text += fmt::format("  {}: content {}\n", YamlText(file.file), file.content);
   return text;
 }
 
@@ -73,13 +87,14 @@ std::string YamlText(const std::string& text) { return config::TextNode(text, {}
 Plan::Plan(const std::string& text, const std::string& file, const PlanOverrides& overrides)
     : Plan(config::ParseYaml(text, file), overrides) {}
 
-Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides)
+Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
     : plugins_(overrides.plugins) {
+  const config::YamlNode plan = InItsFolder(given);
   const std::string& file = plan.file;
   config::Origins origins;
-  config::ReadFields(
-      plan, &settings_, &origins,
-      {"set", "grid", "cases", "strata", "random", "resolved_scenarios", "model_files"});
+  config::ReadFields(plan, &settings_, &origins,
+                     {"set", "grid", "cases", "strata", "random", "resolved_scenarios",
+                      "model_files", kFolderKey});
   if (!plan.Find("schema_version"))
     throw ConfigError(file + ": schema_version: this key is required");
   if (overrides.master_seed) settings_.master_seed = *overrides.master_seed;
@@ -107,48 +122,48 @@ Plan::Plan(const config::YamlNode& plan, const PlanOverrides& overrides)
   }
   LoadScenarios(plan);
   CheckTrials(file);
-  if (const auto files = plan.Find("model_files"))
-    for (const auto& [path, digest] : ModelFilesOf(models_)) {
-      const auto before = files->Find(path);
-      if (!before || before->Text() != "content " + digest)
-        files->Fail(path + " is not what it was when the plan began");
-    }
-  resolved_ = Resolve(plan);
+  if (const auto files = plan.Find("model_files")) RequireSameFiles(*files);
+  trials_ = Resolve(plan);
 }
 
-void Plan::ReadSet(const config::YamlNode& plan, const std::vector<std::string>& assignments) {
-  const auto add = [this](const std::string& key, const config::YamlNode& value) {
-    if (key == "seed") RequireGivable(key, value);
-    given_.Add(key, value);
-    set_.push_back({key, PlanValue(key, value)});
-  };
+std::string Plan::resolved() const { return config::SaveYaml(settings_) + trials_; }
+
+Plan Plan::WithSeeds(std::optional<int64_t> master_seed, int seeds) const {
+  Plan other = *this;
+  other.settings_.seeds = seeds;
+  other.settings_.precision = 0;
+  if (master_seed) other.settings_.master_seed = *master_seed;
+  other.samples_ = seeds;
+  return other;
+}
+
+void Plan::ReadSet(const config::YamlNode& plan,
+                   const std::vector<config::Assignment>& assignments) {
+  std::vector<config::Assignment> all;
   if (const auto set = plan.Find("set"))
-    for (const auto& [key, value] : set->Entries()) {
-      add(key, value);
-      places_.try_emplace(set_.back().Assignment(), value.Where());
-    }
-  for (const std::string& assignment : assignments) {
-    const size_t at = assignment.find('=');
-    const config::YamlNode place{nullptr, config::kFromSet, assignment.substr(0, at)};
-    if (at == std::string::npos) place.Fail("must be KEY=VALUE");
-    add(place.path, config::ParseYamlValue(assignment.substr(at + 1), place));
+    for (const auto& [key, value] : set->Entries()) all.push_back({key, value});
+  all.insert(all.end(), assignments.begin(), assignments.end());
+  for (const config::Assignment& given : all) {
+    if (given.key == "seed") RequireGivable(given.key, given.value);
+    given_.Add(given.key, given.value);
+    set_.push_back(given);
   }
 }
 
 void Plan::ReadGrid(const config::YamlNode& node) {
   for (const auto& [key, values] : node.Entries()) {
     RequireGivable(key, values);
-    GridAxis axis{key, {}};
+    GridAxis axis{.key = key, .values = {}};
     const std::vector<config::YamlNode> elements = values.Elements();
     if (elements.empty()) values.Fail("must be a list of values");
     std::set<std::string> seen;
     for (const config::YamlNode& value : elements) {
       given_.RequireNew(key, value);
-      std::string text = PlanValue(key, value);
+      std::string text = value.OneLine();
       if (key == kScenarioKey) text = value.Text().value_or(text);
       if (!seen.insert(text).second) value.Fail("'" + text + "' is given twice");
       axis.values.push_back(text);
-      places_.try_emplace(Parameter{key, text}.Assignment(), value.Where());
+      axis.nodes.push_back(value);
     }
     for (const config::YamlNode& value : elements) given_.Add(key, value);
     grid_.push_back(axis);
@@ -166,8 +181,7 @@ std::vector<Case> Plan::CasesIn(const config::YamlNode& node, const std::string&
       RequireGivable(key, value);
       if (key == kScenarioKey) value.Fail("belongs in the grid");
       if (parameter == kStratumKey) given_.RequireNew(key, value);
-      read.values.push_back({key, PlanValue(key, value)});
-      places_.try_emplace(read.values.back().Assignment(), value.Where());
+      read.values.push_back({key, value});
       given.emplace_back(key, value);
     }
   }
@@ -184,8 +198,8 @@ void Plan::ReadRandom(const config::YamlNode& node) {
     const config::YamlNode one_value = config::TextNode("", distribution);
     given_.RequireNew(key, one_value);
     given_.Add(key, one_value);
-    places_.try_emplace(key, distribution.Where());
     random_.push_back(RandomKey::Read(key, distribution));
+    distributions_.push_back(distribution);
     keys_.push_back(key);
   }
 }
@@ -201,8 +215,6 @@ void Plan::LoadScenarios(const config::YamlNode& plan) {
   } else if (!settings_.scenario.empty()) {
     plan.Find("scenario")->Fail("is given here and in the grid; leave one out");
   }
-  std::vector<std::string> sets;
-  for (const Parameter& given : set_) sets.push_back(given.Assignment());
   const auto resolved = plan.Find("resolved_scenarios");
   const fs::path folder = fs::path(plan.file).parent_path();
   for (const std::string& name : names) {
@@ -212,20 +224,13 @@ void Plan::LoadScenarios(const config::YamlNode& plan) {
       if (!text || !text->Text()) resolved->Fail("has no scenario " + name);
       scenarios_[name] =
           trial::ParseScenario(*text->Text(), plan.file + " (" + name + ")", plugins_);
-      config::ReadLayers({.assignments = sets}, &scenarios_[name]);
+      trial::Resolve(set_, &scenarios_[name]);
     } else {
       // A file beside the plan, else whatever a command line would mean by it.
       const fs::path beside = folder / name;
       std::error_code ignored;
       found_[name] = fs::is_regular_file(beside, ignored) ? beside.string() : name;
-      try {
-        scenarios_[name] = trial::LoadScenario(found_[name], sets, "", plugins_);
-      } catch (const ConfigError& error) {
-        const std::string what = error.what();
-        if (!what.starts_with(kBySet)) throw;
-        const auto place = PlaceOf(set_, what.substr(kBySet.size()));
-        throw place ? ConfigError(*place + "set." + what.substr(kBySet.size())) : error;
-      }
+      scenarios_[name] = trial::LoadScenario(found_[name], set_, plugins_);
     }
   }
 }
@@ -246,8 +251,6 @@ TrialSpec Plan::Trial(int64_t trial) const {
   const bool by_sample = settings_.precision > 0;
   spec.cell = by_sample ? trial % cells_ : trial / samples_;
   spec.sample = by_sample ? trial / cells_ : trial % samples_;
-  const int64_t number = settings_.common_seeds ? spec.sample : trial;
-  spec.seed = SeedTree(static_cast<uint64_t>(settings_.master_seed)).TrialSeed(number);
   int64_t rest = spec.cell;
   spec.parameters.resize(grid_.size());
   for (size_t i = grid_.size(); i-- > 0;) {
@@ -255,21 +258,24 @@ TrialSpec Plan::Trial(int64_t trial) const {
     spec.parameters[i] = {grid_[i].key, grid_[i].values[static_cast<size_t>(rest % n)]};
     rest /= n;
   }
+  const std::string cell = settings_.common_seeds ? "" : CellName(spec.parameters);
+  SeedTree seeds(static_cast<uint64_t>(settings_.master_seed));
+  if (!cell.empty()) seeds = SeedTree(seeds.Stream("cell:" + cell).NextU64());
+  spec.seed = seeds.TrialSeed(spec.sample);
   if (!strata_.empty())
     spec.parameters.push_back(
         {kStratumKey, strata_[static_cast<size_t>(spec.sample % std::ssize(strata_))].name});
   for (const RandomKey& random : random_)
-    spec.parameters.push_back({random.key, random.ValueAt(DrawOf(random, spec))});
+    spec.parameters.push_back({random.key, random.ValueAt(DrawOf(random, cell, spec.sample))});
   return spec;
 }
 
-// Each key has a stream of its own, and each cell if cells differ in their seeds: a new key or cell
-// leaves the others' draws alone.
-double Plan::DrawOf(const RandomKey& random, const TrialSpec& spec) const {
-  const int64_t group = settings_.common_seeds ? 0 : spec.cell;
+// Each key has a stream of its own, and each cell if cells differ in their seeds: a new key, cell
+// or sample leaves the others' draws alone.
+double Plan::DrawOf(const RandomKey& random, const std::string& cell, int64_t sample) const {
   Rng rng = SeedTree(static_cast<uint64_t>(settings_.master_seed))
-                .Stream(fmt::format("draw:{}:{}", random.key, group));
-  rng.SkipU64(static_cast<uint64_t>(spec.sample));
+                .Stream(fmt::format("draw:{}:{}", random.key, cell.empty() ? "0" : cell));
+  rng.SkipU64(static_cast<uint64_t>(sample));
   return statistics::OpenUniform(&rng);
 }
 
@@ -277,31 +283,40 @@ int64_t Plan::NumberOf(int64_t cell, int64_t sample) const {
   return settings_.precision > 0 ? sample * cells_ + cell : cell * samples_ + sample;
 }
 
-TrialSpec Plan::FirstOf(int64_t cell) const { return Trial(NumberOf(cell, 0)); }
-
-Plan::Cell Plan::CellOf(int64_t cell) const {
-  std::vector<Parameter> axes = FirstOf(cell).parameters;
-  axes.resize(grid_.size());
-  Cell found{.name = "", .scenario = settings_.scenario, .values = set_};
-  for (const Parameter& parameter : axes) {
-    if (!found.name.empty()) found.name += ", ";
-    found.name += parameter.key == kCaseKey ? parameter.value : parameter.Assignment();
-    if (parameter.key == kScenarioKey) found.scenario = parameter.value;
+std::optional<int64_t> Plan::NumberOf(const std::vector<Parameter>& parameters,
+                                      int64_t sample) const {
+  if (parameters.size() < grid_.size() || sample < 0 || sample >= samples_) return std::nullopt;
+  int64_t cell = 0;
+  for (size_t i = 0; i < grid_.size(); ++i) {
+    const auto& [key, values, nodes] = grid_[i];
+    const auto found = std::ranges::find(values, parameters[i].value);
+    if (parameters[i].key != key || found == values.end()) return std::nullopt;
+    cell = cell * std::ssize(values) + (found - values.begin());
   }
-  std::ranges::copy(AssignmentsOf(axes), std::back_inserter(found.values));
-  if (const auto at = found_.find(found.scenario); at != found_.end()) found.scenario = at->second;
-  return found;
+  return NumberOf(cell, sample);
 }
 
-std::vector<Parameter> Plan::AssignmentsOf(const std::vector<Parameter>& parameters) const {
-  std::vector<Parameter> values;
+TrialSpec Plan::FirstOf(int64_t cell) const { return Trial(NumberOf(cell, 0)); }
+
+std::vector<config::Assignment> Plan::AssignmentsOf(
+    const std::vector<Parameter>& parameters) const {
+  std::vector<config::Assignment> values;
   for (const Parameter& p : parameters) {
     if (p.key == kScenarioKey) continue;
-    if (p.key == kCaseKey || p.key == kStratumKey)
+    if (p.key == kCaseKey || p.key == kStratumKey) {
       std::ranges::copy(ValuesOf(p.key == kCaseKey ? cases_ : strata_, p.value),
                         std::back_inserter(values));
-    else
-      values.push_back(p);
+      continue;
+    }
+    const auto axis = std::ranges::find(grid_, p.key, &GridAxis::key);
+    if (axis != grid_.end()) {
+      const auto at = std::ranges::find(axis->values, p.value) - axis->values.begin();
+      values.push_back({p.key, axis->nodes.at(static_cast<size_t>(at))});
+    } else {
+      const auto drawn = std::ranges::find(random_, p.key, &RandomKey::key) - random_.begin();
+      values.push_back(
+          {p.key, config::ParseYamlValue(p.value, distributions_.at(static_cast<size_t>(drawn)))});
+    }
   }
   return values;
 }
@@ -310,27 +325,33 @@ trial::Scenario Plan::ScenarioOf(const TrialSpec& spec) const {
   const auto name = std::ranges::find(spec.parameters, kScenarioKey, &Parameter::key);
   trial::Scenario scenario =
       scenarios_.at(name == spec.parameters.end() ? settings_.scenario : name->value);
-  scenario.seed = spec.seed;
-  config::Layers layers;
-  for (const Parameter& value : AssignmentsOf(spec.parameters))
-    layers.assignments.push_back(value.Assignment());
-  config::ReadLayers(layers, &scenario);
+  std::vector<config::Assignment> given = AssignmentsOf(spec.parameters);
+  given.push_back(SeedOf(spec.seed));
+  trial::Resolve(given, &scenario);
+  const auto known = files_.find(NamesIn(scenario));
+  if (known != files_.end()) scenario.model_files = known->second;
   return scenario;
 }
 
 // Of a trial, and whatever else it may draw in their place.
-void Plan::AddModels(const trial::Scenario& scenario) {
-  const std::string models =
-      fmt::format("{}\n{}\n{}", scenario.model, scenario.vehicle_model, scenario.station_model);
-  if (!models_.try_emplace(models, scenario).second) return;
-  for (const RandomKey& random : random_) {
-    if (random.key != "station_model") continue;
-    for (const std::string& choice : random.choices) {
+void Plan::AddFiles(const trial::Scenario& scenario) {
+  const auto [there, is_new] = files_.try_emplace(NamesIn(scenario));
+  if (!is_new) return;
+  there->second = trial::ModelFilesOf(scenario);
+  for (size_t i = 0; i < random_.size(); ++i) {
+    for (const std::string& choice : random_[i].choices) {
       trial::Scenario other = scenario;
-      config::ApplySet(random.key + "=" + choice, &other, nullptr);
-      AddModels(other);
+      trial::Resolve({{random_[i].key, config::ParseYamlValue(choice, distributions_[i])}}, &other);
+      AddFiles(other);
     }
   }
+}
+
+void Plan::RequireSameFiles(const config::YamlNode& before) const {
+  for (const auto& [names, files] : files_)
+    for (const trial::ModelFile& file : files)
+      if (const auto was = before.Find(file.file); !was || was->Text() != "content " + file.content)
+        before.Fail(file.file + " is not what it was when the plan began");
 }
 
 void Plan::CheckTrials(const std::string& file) {
@@ -342,33 +363,34 @@ void Plan::CheckTrials(const std::string& file) {
     for (int64_t sample = 0; sample < std::max(strata, drawn); ++sample) {
       const TrialSpec spec = Trial(NumberOf(cell, sample));
       try {
-        AddModels(ScenarioOf(spec));
+        const trial::Scenario scenario = ScenarioOf(spec);
+        AddFiles(scenario);
+        for (const std::string& remark : scenario.given.remarks)
+          if (std::ranges::count(remarks_, remark) == 0) remarks_.push_back(remark);
       } catch (const ConfigError& error) {
-        std::string what = error.what();
-        if (what.starts_with(kBySet)) what.erase(0, kBySet.size());
-        throw ConfigError(fmt::format(
-            "{}trial {}: {}", PlaceOf(AssignmentsOf(spec.parameters), what).value_or(file + ": "),
-            spec.trial, what));
+        const std::string what = error.what();
+        if (what.starts_with(file + ":") || what.starts_with(config::kFromSet)) throw;
+        throw ConfigError(fmt::format("{}: trial {}: {}", file, spec.trial, what));
       }
     }
 }
 
-std::optional<std::string> Plan::PlaceOf(const std::vector<Parameter>& given,
-                                         const std::string& problem) const {
-  for (auto p = given.rbegin(); p != given.rend(); ++p) {  // the last one counts
-    constexpr std::string_view kBehindKeys = " :.[";
-    if (!problem.starts_with(p->key) ||
-        kBehindKeys.find(problem[p->key.size()]) == std::string_view::npos)
-      continue;
-    auto place = places_.find(p->Assignment());
-    if (place == places_.end()) place = places_.find(p->key);  // drawn
-    return place == places_.end() ? std::nullopt : std::optional(place->second);
-  }
-  return std::nullopt;
+// Whether trials differ in files.
+bool Plan::NamesFiles() const {
+  std::set<std::string> varied(keys_.begin(), keys_.end());
+  for (const auto* cases : {&cases_, &strata_})
+    for (const Case& one : *cases)
+      for (const config::Assignment& given : one.values) varied.insert(given.key);
+  return std::ranges::any_of(trial::ScenarioKeys(plugins_), [&varied](const auto& doc) {
+    return doc.type == "file" && varied.contains(doc.key);
+  });
 }
 
 std::string Plan::Resolve(const config::YamlNode& plan) const {
-  std::string text = config::SaveYaml(settings_);
+  std::string text;
+  if (NamesFiles())
+    text += fmt::format("{}: {}\n", kFolderKey,
+                        YamlText(fs::absolute(plan.file).parent_path().string()));
   for (const std::string part : {"cases", "strata", "grid", "random"})
     if (const auto given = plan.Find(part); given && !given->Entries().empty()) {
       text += part + ":\n";
@@ -379,7 +401,10 @@ std::string Plan::Resolve(const config::YamlNode& plan) const {
   for (const auto& [name, scenario] : scenarios_)
     text +=
         "  " + YamlText(name) + ": |\n" + system::Indented(trial::SaveScenario(scenario), "    ");
-  return text + ModelFilesText(models_);
+  std::map<std::string, trial::ModelFile> files;  // by name
+  for (const auto& [names, of] : files_)
+    for (const trial::ModelFile& file : of) files[file.file] = file;
+  return text + ModelFilesText(files);
 }
 
 int64_t SamplesOf(int64_t seeds, double precision) {

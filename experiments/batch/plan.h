@@ -22,6 +22,10 @@
 //     vehicle.rigid_body.mass_kg: {normal: [15, 0.5], within: [13, 17]}
 //     sensor.read_noise_electrons: {log_uniform: [2, 20]}
 //     camera_delay_frames: {choice: [1, 2, 3]}
+//
+// A trial's scenario is that of its file with `set`, its case, its cell of the grid, its stratum,
+// its draws and its seed set in this order by trial::Resolve, as `turbidock run --set` would. Files
+// that a plan names are beside it.
 
 #include <cstdint>
 #include <map>
@@ -30,13 +34,10 @@
 #include <vector>
 
 #include "experiments/batch/plan_keys.h"
+#include "experiments/config/yaml_node.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/digest.h"
 #include "sim/base/fields.h"
-
-namespace turbidock::config {
-struct YamlNode;
-}
 
 namespace turbidock::batch {
 
@@ -86,12 +87,13 @@ struct Parameter {
 // key `stratum`.
 struct Case {
   std::string name;
-  std::vector<Parameter> values;
+  std::vector<config::Assignment> values;
 };
 
 struct GridAxis {
   std::string key;
   std::vector<std::string> values;
+  std::vector<config::YamlNode> nodes = {};  // where they stand; none of `case`
 };
 
 struct TrialSpec {
@@ -105,7 +107,7 @@ struct TrialSpec {
 
 // What the command line and the program around it may change in a plan.
 struct PlanOverrides {
-  std::vector<std::string> assignments{};  // scenario keys, as in `set`: "water.milk_ml_m3=20"
+  std::vector<config::Assignment> assignments{};  // scenario keys, over the plan's `set`
   std::optional<int64_t> master_seed{};
   std::optional<int> seeds{};  // exactly so many: the precision is 0
   trial::Plugins plugins{};    // what else its scenarios may choose
@@ -126,42 +128,41 @@ class Plan {
   const std::vector<std::string>& keys() const { return keys_; }
   // What its scenarios were read from and their models: files, or names of bundled ones.
   std::vector<std::string> files() const;
+  // What there is to say of its values, a sentence each: such as one that a preset after it undoes.
+  const std::vector<std::string>& remarks() const { return remarks_; }
   int64_t cells() const { return cells_; }
   // Of all cells; with a precision, at most.
   int64_t trials() const { return cells_ * samples_; }
 
   TrialSpec Trial(int64_t trial) const;
   TrialSpec FirstOf(int64_t cell) const;  // its first trial
-  // What a cell sets over its scenario: the plan's `set` and the command line's, its case, its
-  // grid.
-  struct Cell {
-    std::string name;      // of its case and grid, for people; empty where it has neither
-    std::string scenario;  // a bundled one's name or a file, as a command line names it
-    std::vector<Parameter> values;
-  };
-  Cell CellOf(int64_t cell) const;
+  // A trial's, resolved, with a digest of each file that it reads (`model_files`) as it was when
+  // the plan was read.
   trial::Scenario ScenarioOf(const TrialSpec& spec) const;
+  // The trial of these parameters that is the so manieth of its cell; nothing where it has none.
+  std::optional<int64_t> NumberOf(const std::vector<Parameter>& parameters, int64_t sample) const;
+  // The same plan with other seeds, exactly so many a cell; nothing is read anew.
+  Plan WithSeeds(std::optional<int64_t> master_seed, int seeds) const;
 
   // The plan with everything that decides its trials spelt out: the scenarios with every value, and
   // a digest of each file of their models. It is a plan itself, of the same trials.
-  const std::string& resolved() const { return resolved_; }
-  std::string hash() const { return DigestOf(resolved_); }
+  std::string resolved() const;
+  std::string hash() const { return DigestOf(resolved()); }
 
  private:
   int64_t NumberOf(int64_t cell, int64_t sample) const;
-  void ReadSet(const config::YamlNode& plan, const std::vector<std::string>& assignments);
+  void ReadSet(const config::YamlNode& plan, const std::vector<config::Assignment>& assignments);
   void ReadGrid(const config::YamlNode& node);
   // Those of a key of the plan, and the parameter that they are values of: kCaseKey, kStratumKey.
   std::vector<Case> CasesIn(const config::YamlNode& node, const std::string& parameter);
   void ReadRandom(const config::YamlNode& node);
   void LoadScenarios(const config::YamlNode& plan);
-  void AddModels(const trial::Scenario& scenario);
+  void AddFiles(const trial::Scenario& scenario);
+  void RequireSameFiles(const config::YamlNode& before) const;
   void CheckTrials(const std::string& file);
-  std::vector<Parameter> AssignmentsOf(const std::vector<Parameter>& parameters) const;
-  // Where the one of these that a problem begins with stands in the plan, if it stands there.
-  std::optional<std::string> PlaceOf(const std::vector<Parameter>& given,
-                                     const std::string& problem) const;
-  double DrawOf(const RandomKey& random, const TrialSpec& spec) const;
+  std::vector<config::Assignment> AssignmentsOf(const std::vector<Parameter>& parameters) const;
+  double DrawOf(const RandomKey& random, const std::string& cell, int64_t sample) const;
+  bool NamesFiles() const;
   std::string Resolve(const config::YamlNode& plan) const;
 
   PlanSettings settings_;
@@ -169,16 +170,17 @@ class Plan {
   std::vector<GridAxis> grid_;
   std::vector<Case> cases_, strata_;
   std::vector<RandomKey> random_;
+  std::vector<config::YamlNode> distributions_;  // of each of those
   std::vector<std::string> keys_;
   VariedKeys given_;
-  // Where an Assignment(), or what a key is drawn from, stands in the plan.
-  std::map<std::string, std::string> places_;
   int64_t cells_ = 1, samples_ = 1;                   // samples: trials of a cell, at most
-  std::vector<Parameter> set_;                        // in every trial
+  std::vector<config::Assignment> set_;               // in every trial
   std::map<std::string, std::string> found_;          // by a scenario's name: where it was found
   std::map<std::string, trial::Scenario> scenarios_;  // by name, with `set`
-  std::map<std::string, trial::Scenario> models_;     // one of each set of models
-  std::string resolved_;
+  // By the files that a scenario names: those and all that they include.
+  std::map<std::string, std::vector<trial::ModelFile>> files_;
+  std::vector<std::string> remarks_;
+  std::string trials_;  // of the resolved plan, all but its settings
 };
 
 // The trials that a cell runs at most: so many that any success rate is known to the precision, or
@@ -188,9 +190,8 @@ int64_t SamplesOf(int64_t seeds, double precision);
 // Reads a plan: a YAML file or the name of a bundled one.
 Plan LoadPlan(const std::string& name, const PlanOverrides& overrides = {});
 
-// What the models of these scenarios are read from (MJCF, what it includes, meshes, pictures): a
-// digest of each file, by its path, as YAML under the key `model_files`.
-std::string ModelFilesText(const std::map<std::string, trial::Scenario>& scenarios);
+// The files of scenarios, with a digest of each, as YAML under the key `model_files`.
+std::string ModelFilesText(const std::map<std::string, trial::ModelFile>& files);
 
 // A text as YAML, with quotes where they are needed.
 std::string YamlText(const std::string& text);

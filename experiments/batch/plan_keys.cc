@@ -1,9 +1,7 @@
 #include "experiments/batch/plan_keys.h"
 
 #include <algorithm>
-#include <filesystem>
 
-#include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/statistics/sampling.h"
 
@@ -102,19 +100,6 @@ void VariedKeys::RequireNew(const std::string& key, const config::YamlNode& valu
     if (const std::string* before = Find(leaf))
       at.Fail(problem.empty() ? "this key is given twice, also by " + *before : problem);
   });
-}
-
-std::string PlanValue(const std::string& key, const config::YamlNode& value) {
-  namespace fs = std::filesystem;
-  const bool is_model = key == "model" || key == "vehicle_model" || key == "station_model";
-  const std::string model = is_model ? value.Text().value_or("") : "";
-  const fs::path beside = fs::path(value.file).parent_path() / model;
-  std::error_code ignored;
-  if (model.empty() || !fs::is_regular_file(beside, ignored) ||
-      (model.find('/') == std::string::npos &&
-       fs::is_regular_file(config::ModelPath(model), ignored)))
-    return value.OneLine();
-  return config::TextNode(beside.lexically_normal().string(), value).OneLine();
 }
 
 }  // namespace turbidock::batch

@@ -61,8 +61,4 @@ class VariedKeys {
   std::map<std::string, std::string> leaves_;  // by the key in dots, where it is given
 };
 
-// A value for a scenario's key as YAML in one line. A model is a bundled one, or a file beside the
-// one that names it (a plan, study or gate), else from where the program runs.
-std::string PlanValue(const std::string& key, const config::YamlNode& value);
-
 }  // namespace turbidock::batch

@@ -33,9 +33,9 @@ std::string TextOf(const Cell& cell) {
   return cell.is_null() ? "" : FormatNumber(cell.get<double>());
 }
 
-// The first line in which two plans differ, without its comment.
-std::string FirstDifference(const std::string& a, const std::string& b) {
-  std::istringstream left(a), right(b);
+// The first line in which two texts differ, without its comment; empty where they do not.
+std::string FirstDifference(const std::string& before, const std::string& now) {
+  std::istringstream left(before), right(now);
   const auto next = [](std::istringstream* lines) -> std::string {
     std::string line;
     if (!std::getline(*lines, line)) return "nothing";
@@ -47,10 +47,35 @@ std::string FirstDifference(const std::string& a, const std::string& b) {
     x = next(&left);
     y = next(&right);
   } while (x == y && left);
-  const size_t content = x.find(": content ");  // of a file
-  if (content != std::string::npos && x.substr(0, content) == y.substr(0, content))
-    return "the model file " + x.substr(1, content - 1) + " has changed";
-  return "the plans differ: " + x + " in one, " + y + " in the other";
+  return x == y ? "" : x + " then, " + y + " now";
+}
+
+// What the values of the same name in two groups differ in; empty where they do not.
+std::string CommonDifference(const config::YamlNode& before, const config::YamlNode& now,
+                             const std::string& key) {
+  const auto was = before.Find(key), is = now.Find(key);
+  if (!was || !is || !was->IsMap() || !is->IsMap()) return "";
+  for (const auto& [name, value] : was->Entries())
+    if (const auto other = is->Find(name)) {
+      const bool is_text = value.Text() && other->Text();
+      const std::string difference = FirstDifference(is_text ? *value.Text() : value.OneLine(),
+                                                     is_text ? *other->Text() : other->OneLine());
+      if (!difference.empty())
+        return key == "model_files" ? "the file " + name + " has changed"
+                                    : name + ": " + difference;
+    }
+  return "";
+}
+
+// Lines of a name and a digest.
+std::string CodeDifference(const std::string& before, const std::string& now) {
+  std::istringstream lines(before);
+  for (std::string line; std::getline(lines, line);) {
+    const std::string name = line.substr(0, line.rfind(' ') + 1);
+    if (now.find(name) != std::string::npos && now.find(line + "\n") == std::string::npos)
+      return "the code of " + name + "has changed";
+  }
+  return before == now ? "" : "the plug-ins differ: " + FirstDifference(before, now);
 }
 
 }  // namespace
@@ -59,6 +84,7 @@ StoreHeader HeaderOf(const Plan& plan, const Shard& shard) {
   return {.kind = "batch",
           .plan = plan.resolved(),
           .build = system::BuildId(),
+          .code = plan.plugins().Code(),
           .shard = shard,
           .trials = plan.trials(),
           .keys = plan.keys()};
@@ -67,11 +93,13 @@ StoreHeader HeaderOf(const Plan& plan, const Shard& shard) {
 TrialRule RuleOf(const StoreHeader& header) {
   TrialRule rule{.batch = header.trials, .most = header.trials, .precision = {}};
   if (header.kind != "batch") return rule;
-  const config::Layers plan{.files = {config::ParseYaml(header.plan, "plan")}};
-  if (const auto strata = plan.files.front().Find("strata"))
+  const config::YamlNode plan = config::ParseYaml(header.plan, "plan");
+  if (const auto strata = plan.Find("strata"))
     rule.strata = std::max<int64_t>(1, std::ssize(strata->Entries()));
-  const int64_t seeds = config::Peek(plan, "seeds", 1);
-  const double precision = config::Peek(plan, "precision", 0.0);
+  int64_t seeds = 1;
+  double precision = 0;
+  if (const auto given = plan.Find("seeds")) config::ReadValue(*given, &seeds);
+  if (const auto given = plan.Find("precision")) config::ReadValue(*given, &precision);
   const int64_t samples = seeds < 1 ? 0 : SamplesOf(seeds, precision);
   if (samples < 1 || seeds % rule.strata != 0 || header.trials < samples ||
       header.trials % samples != 0)
@@ -90,16 +118,31 @@ bool IsOf(const Shard& shard, const TrialRule& rule, int64_t trial) {
   return shard.Has(rule.precision ? trial % rule.cells : trial / rule.strata);
 }
 
+std::string ChangeOf(const StoreHeader& before, const StoreHeader& now) {
+  if (before.build != now.build) return "the builds differ: " + before.build + " and " + now.build;
+  if (const std::string code = CodeDifference(before.code, now.code); !code.empty()) return code;
+  try {
+    const config::YamlNode was = config::ParseYaml(before.plan, "plan"),
+                           is = config::ParseYaml(now.plan, "plan");
+    for (const char* key :
+         {"model_files", "resolved_scenarios", "conditions", "cases", "strata", "random"})
+      if (const std::string difference = CommonDifference(was, is, key); !difference.empty())
+        return difference;
+  } catch (const ConfigError&) {  // of an older program: the texts still differ
+  }
+  return "";
+}
+
 std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b) {
   std::vector<std::string> differences;
   if (a.kind != b.kind)
     differences.push_back("one was written by " + a.kind + ", the other by " + b.kind);
-  if (a.plan != b.plan)
-    differences.push_back(FirstDifference(a.plan, b.plan));
+  if (const std::string change = ChangeOf(a, b); !change.empty())
+    differences.push_back(change);
+  else if (a.plan != b.plan)
+    differences.push_back("the plans differ: " + FirstDifference(a.plan, b.plan));
   else if (a.trials != b.trials)
-    differences.push_back(fmt::format("one has {} trials, the other {}", a.trials, b.trials));
-  if (a.build != b.build)
-    differences.push_back("the builds differ: " + a.build + " and " + b.build);
+    differences.push_back(fmt::format("{} trials then, {} now", a.trials, b.trials));
   return differences;
 }
 
@@ -107,7 +150,8 @@ Cell ValueOf(const Parameter& parameter) {
   static const std::set<std::string> texts = [] {
     std::set<std::string> keys = {"scenario", "case", kStratumKey};
     for (const config::KeyDoc& doc : trial::ScenarioKeys())
-      if (doc.type == "text" || doc.type.starts_with("one of")) keys.insert(doc.key);
+      if (doc.type == "text" || doc.type == "file" || doc.type.starts_with("one of"))
+        keys.insert(doc.key);
     return keys;
   }();
   const std::optional<double> number = report::NumberIn(parameter.value);
@@ -144,17 +188,25 @@ ResultStore::ResultStore(std::string file, bool writes) : file_(std::move(file))
   });
 }
 
-ResultStore ResultStore::Write(const std::string& file, const StoreHeader& header) {
+ResultStore ResultStore::Open(const std::string& file, const StoreHeader& header) {
   ResultStore store(file, /*writes=*/true);
   Guard(file, [&] {
     const int tables = store.db_->execAndGet("SELECT count(*) FROM sqlite_master").getInt();
     if (tables == 0) store.Create(header);
     store.ReadHeader();
   });
-  std::vector<std::string> differences = Differences(store.header_, header);
-  if (store.header_.shard != header.shard)
-    differences.push_back("the file has shard " + store.header_.shard.Text() + ", this is shard " +
-                          header.shard.Text());
+  const StoreHeader& there = store.header_;
+  if (there.kind != header.kind) throw OtherResults(file, Differences(there, header)[0], "");
+  if (there.shard != header.shard)
+    throw OtherResults(
+        file, "the file has shard " + there.shard.Text() + ", this is shard " + header.shard.Text(),
+        "");
+  return store;
+}
+
+ResultStore ResultStore::Write(const std::string& file, const StoreHeader& header) {
+  ResultStore store = Open(file, header);
+  const std::vector<std::string> differences = Differences(store.header_, header);
   if (!differences.empty()) throw OtherResults(file, differences[0]);
   return store;
 }
@@ -172,16 +224,39 @@ void ResultStore::Create(const StoreHeader& header) {
   db_->exec(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {}", kApplicationId,
                         kStoreSchema));
   CreateTables(header.keys, db_.get());
+  WriteMeta(header);
+  transaction.commit();
+}
+
+void ResultStore::WriteMeta(const StoreHeader& header) {
+  db_->exec("DELETE FROM meta");
   for (const auto& [key, value] :
        std::map<std::string, std::string>{{"schema_version", std::to_string(kStoreSchema)},
                                           {"kind", header.kind},
                                           {"plan", header.plan},
                                           {"plan_hash", header.plan_hash()},
                                           {"build", header.build},
+                                          {"code", header.code},
                                           {"shard", header.shard.Text()},
                                           {"trials", std::to_string(header.trials)}})
     InsertRow(*db_, "meta", {"key", "value"}, {key, value});
-  transaction.commit();
+}
+
+void ResultStore::Become(const StoreHeader& header, const std::vector<Renumbered>& numbers) {
+  Guard(file_, [&] {
+    SQLite::Transaction transaction(*db_, SQLite::TransactionBehavior::IMMEDIATE);
+    // All numbers at once, by way of those below zero, which no trial has.
+    db_->exec("UPDATE trials SET trial = -1 - trial; UPDATE series SET trial = -1 - trial");
+    for (const auto& [before, trial, cell] : numbers) {
+      db_->exec(fmt::format("UPDATE trials SET trial = {}, cell = {} WHERE trial = {}", trial, cell,
+                            -1 - before));
+      db_->exec(fmt::format("UPDATE series SET trial = {} WHERE trial = {}", trial, -1 - before));
+    }
+    db_->exec("DELETE FROM trials WHERE trial < 0; DELETE FROM series WHERE trial < 0");
+    WriteMeta(header);
+    transaction.commit();
+  });
+  header_ = header;
 }
 
 void ResultStore::ReadHeader() {
@@ -214,6 +289,7 @@ void ResultStore::ReadHeader() {
   header_ = {.kind = get("kind"),
              .plan = get("plan"),
              .build = get("build"),
+             .code = get("code"),
              .shard = {},
              .keys = KeysIn(*db_)};
   const double trials = report::NumberIn(get("trials")).value_or(-1);
@@ -251,7 +327,7 @@ void ResultStore::FailDamaged(const std::string& how) const {
 
 // Of the table `trials`, as this program reads and writes them.
 std::vector<std::string> ResultStore::TrialColumns() const {
-  std::vector<std::string> columns = {"trial", "cell", "sample"};
+  std::vector<std::string> columns = {"trial", "cell", "sample", "identity"};
   columns.insert(columns.end(), header_.keys.begin(), header_.keys.end());
   for (const trial::Column& column : trial::Columns()) columns.push_back(column.name);
   return columns;
@@ -260,7 +336,7 @@ std::vector<std::string> ResultStore::TrialColumns() const {
 void ResultStore::Insert(const StoredTrial& trial) {
   TD_CHECK(lock_, "a store that was opened for writing");
   TD_CHECK(trial.parameters.size() == header_.keys.size(), "a value for each key");
-  std::vector<Cell> row = {trial.trial, trial.cell, trial.sample};
+  std::vector<Cell> row = {trial.trial, trial.cell, trial.sample, trial.identity};
   for (const Parameter& parameter : trial.parameters) row.push_back(ValueOf(parameter));
   std::ranges::copy(trial::CellsOf(trial.record), std::back_inserter(row));
   InsertRow(*db_, "trials", TrialColumns(), row);
@@ -312,6 +388,16 @@ std::vector<int64_t> ResultStore::Done() const {
 
 std::vector<int64_t> ResultStore::TrialsWithSeries() const {
   return Numbers("SELECT trial FROM series ORDER BY trial");
+}
+
+bool ResultStore::AreDrawnBy(
+    const std::function<bool(const std::string& renderer, int64_t trial)>& is) const {
+  bool all = true;
+  ForEachRow("SELECT renderer, min(trial) FROM trials WHERE renderer <> '' GROUP BY renderer",
+             [&](auto& row) {
+               all = all && is(row.getColumn(0).getString(), row.getColumn(1).getInt64());
+             });
+  return all;
 }
 
 std::map<int64_t, bool> ResultStore::Successes() const {
@@ -385,6 +471,7 @@ std::vector<StoredTrial> ResultStore::Select(const std::string& where) const {
         int at = 0;
         for (int64_t* number : {&stored.trial, &stored.cell, &stored.sample})
           *number = row.getColumn(at++).getInt64();
+        stored.identity = row.getColumn(at++).getString();
         for (const std::string& key : header_.keys)
           stored.parameters.push_back({key, TextOf(CellIn(row.getColumn(at++)))});
         std::vector<Cell> cells(trial::Columns().size());

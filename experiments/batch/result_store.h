@@ -6,6 +6,7 @@
 // or the power, costs the trials under way and nothing else.
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -27,13 +28,14 @@ namespace turbidock::batch {
 
 class RunLock;
 
-inline constexpr int kStoreSchema = 5;
+inline constexpr int kStoreSchema = 6;
 
 // What a file holds the results of.
 struct StoreHeader {
   std::string kind = "batch";  // or "tune", "gate", "calibrate": who wrote it
   std::string plan;            // the resolved plan (or study): every value spelt out
   std::string build;           // BuildId of the program
+  std::string code = {};       // of controllers and estimators that are not this program's own
   Shard shard;
   int64_t trials = 0;             // of the plan, all shards together
   std::vector<std::string> keys;  // of the parameters that trials differ in
@@ -68,20 +70,24 @@ class MismatchError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// A file that was begun with another plan, build or shard than the one that is to be written.
+// What changed since a file was begun, in words: a file, the code of a plug-in, a key, the program.
+// Of a plan that only has more cells, cases or trials than before: empty.
+std::string ChangeOf(const StoreHeader& before, const StoreHeader& now);
+
+// A file whose trials are not those that this program would run.
 class OtherResults : public ConfigError {
  public:
-  OtherResults(const std::string& file, const std::string& how)
+  // `way_out`: what else one may do.
+  OtherResults(const std::string& file, const std::string& how,
+               const std::string& way_out = ", or run what changed with --anew")
       : ConfigError(file + ": was begun with something else: " + how +
-                    ". Give another --out, or finish it as it was begun"),
-        difference(how) {}
-
-  std::string difference;  // a sentence
+                    ". Give another --out, finish it as it was begun" + way_out) {}
 };
 
 struct StoredTrial {
   int64_t trial = 0, cell = 0, sample = 0;
   std::vector<Parameter> parameters;  // values of StoreHeader::keys
+  std::string identity = {};          // trial/identity.h
   trial::TrialRecord record;
   trial::Series series = {};  // to be stored; reading does not fill it
 };
@@ -95,12 +101,23 @@ class ResultStore {
   // OtherResults when it is another plan's, build's or shard's; ConfigError that says why when it
   // is in use, damaged, of another schema, no such file at all, or cannot be written.
   static ResultStore Write(const std::string& file, const StoreHeader& header);
+  // The same, whatever an existing file holds: header() says what that is. Only its kind and shard
+  // must be these.
+  static ResultStore Open(const std::string& file, const StoreHeader& header);
   // Opens a file that exists, also while another process writes to it.
   static ResultStore Read(const std::string& file);
   ResultStore(ResultStore&&) noexcept;
   ~ResultStore();
 
   const StoreHeader& header() const { return header_; }
+  const std::string& file() const { return file_; }
+
+  // Has the file hold the results of another plan, all at once: `numbers` says which of its trials
+  // stay, and which number and cell each has from now on; the others go.
+  struct Renumbered {
+    int64_t before = 0, trial = 0, cell = 0;
+  };
+  void Become(const StoreHeader& header, const std::vector<Renumbered>& numbers);
 
   // Stores a trial; ConfigError when it cannot be (a full disk): the file is then as it was.
   void Add(const StoredTrial& trial);
@@ -123,6 +140,9 @@ class ResultStore {
   void AddOutput(int64_t job, const std::string& input, const std::string& output);
   std::optional<std::string> OutputOf(int64_t job, const std::string& input) const;
 
+  // Whether this holds for each renderer, with one of the trials that it drew.
+  bool AreDrawnBy(const std::function<bool(const std::string& renderer, int64_t trial)>& is) const;
+
   std::vector<int64_t> TrialsWithSeries() const;  // whose series was stored, ascending
   trial::Series SeriesOf(int64_t trial) const;    // the rows that were stored, if any
 
@@ -130,6 +150,7 @@ class ResultStore {
   ResultStore(std::string file, bool writes);
 
   void Create(const StoreHeader& header);
+  void WriteMeta(const StoreHeader& header);
   void ReadHeader();  // with all that is asked of a file before anything in it is used
   void RequireRows() const;
   [[noreturn]] void FailDamaged(const std::string& how) const;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "experiments/report/json.h"
+#include "experiments/trial/identity.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/trial.h"
 #include "sim/base/check.h"
@@ -21,8 +22,10 @@ TrialSource SourceOf(const Plan& plan) {
 Work TrialWork(const trial::Plugins& plugins) {
   return {"trial", [plugins](const std::string& input) {
             const report::Json job = report::ParseJson(input, "a worker's job");
-            const trial::TrialResult result = trial::RunTrial(
-                trial::ParseScenario(job["scenario"], "resolved scenario", plugins));
+            const trial::Scenario scenario =
+                trial::ParseScenario(job["scenario"], "resolved scenario", plugins);
+            trial::RequireSameFiles(scenario);
+            const trial::TrialResult result = trial::RunTrial(scenario);
             const int every_frames = job["series_every_frames"];
             const auto series =
                 every_frames > 0 ? trial::Series::Of(result.log, every_frames) : trial::Series();
@@ -93,33 +96,52 @@ TrialRunner::TrialRunner(const RunOptions& options, ResultStore* store)
       store_(store),
       pool_(MakePool(options.jobs, options.time_limit_s, TrialWork(options.plugins))) {}
 
-std::optional<StoredTrial> TrialRunner::Find(const TrialSpec& spec) const {
+std::optional<StoredTrial> TrialRunner::Find(const TrialSpec& spec,
+                                             const trial::Scenario& scenario) const {
   if (!store_) return std::nullopt;
   const std::optional<StoredTrial> known = store_->Find(spec.trial);
-  if (known && (known->parameters != spec.parameters || known->record.seed != spec.seed))
+  if (known && (known->parameters != spec.parameters || known->record.seed != spec.seed ||
+                known->identity != trial::IdentityOf(scenario, program_, known->record.renderer)))
     throw MismatchError(
         fmt::format("trial {} in the file is not the one that this program would run", spec.trial));
   return known;
 }
 
+void TrialRunner::RequireSameRenderer(const StoredTrial& trial, view::GlBackend asked) {
+  const std::string& now = trial.record.renderer;
+  if (now.empty()) return;
+  const std::string& others = renderers_.try_emplace(asked, now).first->second;
+  if (others != now)
+    throw MismatchError(
+        fmt::format("trial {} was drawn by {}, others by {}", trial.trial, now, others));
+}
+
 bool TrialRunner::Run(const TrialSource& source, const TrialDecider& decider) {
-  std::multimap<int64_t, TrialSpec> under_way;  // whoever asks twice gets a trial twice
+  struct UnderWay {
+    TrialSpec spec;
+    trial::Scenario scenario;
+  };
+  std::multimap<int64_t, UnderWay> under_way;  // whoever asks twice gets a trial twice
   const auto submit_one = [&] {
     while (const std::optional<int64_t> trial = decider.next()) {
       TrialSpec spec = source.spec(*trial);
-      if (const auto known = Find(spec)) {
+      trial::Scenario scenario = source.scenario(spec);
+      if (const auto known = Find(spec, scenario)) {
+        RequireSameRenderer(*known, scenario.renderer);
         decider.add(*known);
         continue;
       }
-      pool_->Submit(TrialJob(*trial, source.scenario(spec), source.series_every_frames));
-      under_way.emplace(*trial, std::move(spec));
+      pool_->Submit(TrialJob(*trial, scenario, source.series_every_frames));
+      under_way.emplace(*trial, UnderWay{std::move(spec), std::move(scenario)});
       return true;
     }
     return false;
   };
   const auto take = [&](const JobResult& result) {
-    const StoredTrial trial =
-        FinishedTrialOf(result, std::move(under_way.extract(result.id).mapped()));
+    UnderWay of = std::move(under_way.extract(result.id).mapped());
+    StoredTrial trial = FinishedTrialOf(result, std::move(of.spec));
+    RequireSameRenderer(trial, of.scenario.renderer);
+    trial.identity = trial::IdentityOf(of.scenario, program_, trial.record.renderer);
     decider.add(trial);
     if (store_) store_->Add(trial);
     ++progress_.done_now;

@@ -13,6 +13,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -20,13 +21,16 @@
 #include "experiments/batch/job_pool.h"
 #include "experiments/batch/plan.h"
 #include "experiments/batch/result_store.h"
+#include "experiments/system/build_info.h"
 #include "experiments/trial/scenario.h"
+#include "sim/view/gl_context.h"
 
 namespace turbidock::batch {
 
 // What the trials of a run are.
 struct TrialSource {
   std::function<TrialSpec(int64_t trial)> spec;  // what the store keeps of it
+  // Resolved, with its `model_files`: nothing that decides it is read again.
   std::function<trial::Scenario(const TrialSpec&)> scenario;
   int series_every_frames = 0;  // > 0: also a row of a trial's log every so many frames
 };
@@ -92,11 +96,14 @@ class TrialRunner {
   const RunProgress& progress() const { return progress_; }
 
  private:
-  std::optional<StoredTrial> Find(const TrialSpec& spec) const;  // in the store
+  std::optional<StoredTrial> Find(const TrialSpec& spec, const trial::Scenario& scenario) const;
+  void RequireSameRenderer(const StoredTrial& trial, view::GlBackend asked);
 
   RunOptions options_;
   ResultStore* store_;
   std::unique_ptr<JobPool> pool_;
+  std::string program_ = system::BuildId();
+  std::map<view::GlBackend, std::string> renderers_;  // what drew, by what was asked for
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   RunProgress progress_;
 };

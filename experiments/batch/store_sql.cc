@@ -69,7 +69,9 @@ std::vector<std::string> KeysIn(const SQLite::Database& db) {
 }
 
 void CreateTables(const std::vector<std::string>& keys, SQLite::Database* db) {
-  std::string columns = "trial INTEGER PRIMARY KEY, cell INTEGER NOT NULL, sample INTEGER NOT NULL";
+  std::string columns =
+      "trial INTEGER PRIMARY KEY, cell INTEGER NOT NULL, sample INTEGER NOT NULL, identity TEXT "
+      "NOT NULL";
   std::string results = "trial, cell, sample";
   const auto add = [&](const std::string& name, const char* type, bool is_result) {
     columns += ", " + Quoted(name) + " " + type;

@@ -5,6 +5,7 @@
 
 namespace turbidock::config {
 
+struct Assignment;
 struct GroupRef;
 struct KeyDoc;
 

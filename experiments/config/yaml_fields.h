@@ -3,7 +3,7 @@
 // the table of keys, all from the one list of fields.
 //
 //   Scenario scenario;  // the defaults in the struct
-//   ReadLayers({.files = {LoadYaml("night_sea.yaml")}, .assignments = {"water.milk_ml_m3=20"}},
+//   ReadLayers({{"", LoadYaml("night_sea.yaml")}, ParseAssignment("water.milk_ml_m3=20")},
 //              &scenario);
 //
 // Whatever is wrong is a ConfigError with the file and line of the offending key, a line for each
@@ -27,6 +27,7 @@
 #include <variant>
 #include <vector>
 
+#include "experiments/config/given_keys.h"
 #include "experiments/config/group_ref.h"
 #include "experiments/config/yaml_node.h"
 #include "sim/base/fields.h"
@@ -37,11 +38,12 @@ namespace turbidock::config {
 // A key that is absent has its default.
 using Origins = std::map<std::string, std::string, std::less<>>;
 
-// Settings in the order in which they are read over an object's defaults: the last one says.
-struct Layers {
-  std::vector<YamlNode> files{};
-  std::vector<std::string> assignments{};  // of --set
-};
+// "key.path=value" of --set; the value is YAML in one line, a list element is key.path[0] or
+// key.path.0.
+Assignment ParseAssignment(const std::string& text);
+std::vector<Assignment> ParseAssignments(const std::vector<std::string>& texts);
+// As --set has them, a group of keys as one for each key in it.
+std::vector<std::string> TextsOf(const std::vector<Assignment>& assignments);
 
 // Several mistakes, a line each.
 struct ConfigErrors : ConfigError {
@@ -58,8 +60,11 @@ struct KeyDoc {
 };
 
 // ------------------------------------------------------------------------------------------------
-// A struct may also have `void MoreFields(GroupRef* group)`, for fields that are known only when
-// the program runs.
+// A struct may also have
+//  - `void MoreFields(GroupRef* group)`, for fields that are known only when the program runs;
+//  - `void Given(const std::string& key)`, called after a value in it was read: for keys that stand
+//    for others. What is given later is read over what they set;
+//  - `static constexpr std::array kPresets`: such keys, read before the others of the same file.
 //
 // A struct's fields with their types erased, so that the work below is done once, in the .cc file.
 
@@ -67,6 +72,8 @@ struct Field;
 
 struct GroupRef {
   std::vector<Field> fields;
+  std::vector<std::string> presets{};
+  std::function<void(const std::string& key)> given{};
 };
 
 // Numbers, rows of numbers or structs; references to its elements are valid until the next resize.
@@ -83,8 +90,8 @@ struct EnumRef {
   std::function<void(size_t)> set;
 };
 
-using ValueRef =
-    std::variant<bool*, int*, int64_t*, double*, std::string*, EnumRef, GroupRef, ListRef>;
+using ValueRef = std::variant<bool*, int*, int64_t*, double*, std::string*, InputFile*, EnumRef,
+                              GroupRef, ListRef>;
 
 struct Field {
   std::string key{};
@@ -100,9 +107,22 @@ void AddField(const char* key, const Range& range, const char* doc, ValueRef val
               GroupRef* group);
 void ReadGroup(const YamlNode& node, const GroupRef& group, Origins* origins,
                std::initializer_list<std::string_view> read_elsewhere);
-void ApplySetToGroup(const std::string& assignment, const GroupRef& group, Origins* origins);
+void ReadResolvedGroup(const YamlNode& node, const GroupRef& group);
+// A group that a value is in, and what it is to be told.
+struct Around {
+  std::string path;
+  std::function<void(const std::string& key)> given;
+};
+// The field that `at->path` names, element by element, and the groups around it, from outside.
+Field FieldAt(const GroupRef& group, YamlNode* at, std::vector<Around>* around = nullptr);
+std::string TypeName(const Field& field);  // "number", "one of active, passive"
+// The value of a key, of whatever type, in one line.
+std::string TextAt(const GroupRef& group, const std::string& key);
+Origins ReadLayersOf(const std::vector<Assignment>& layers, const GroupRef& group,
+                     GivenKeys* given);
 void ReadOne(const YamlNode& node, const ValueRef& value);
-std::optional<YamlNode> LastOf(const Layers& layers, const std::string& key);
+std::vector<std::string> PresetsIn(const GroupRef& group);
+void ForEachFile(const GroupRef& group, const std::function<void(InputFile*)>& act);
 // Rethrows `error` with the origin of its key, or of the group around it, in front.
 [[noreturn]] void ThrowWithOrigin(const ConfigError& error, const Origins& origins);
 std::string SaveGroup(const GroupRef& group);
@@ -169,6 +189,9 @@ GroupRef GroupOf(T* object) {
     internal::AddField(key, range, doc, internal::RefTo(&member), &group);
   });
   if constexpr (requires { object->MoreFields(&group); }) object->MoreFields(&group);
+  if constexpr (requires { object->Given(std::string()); })
+    group.given = [object](const std::string& key) { object->Given(key); };
+  if constexpr (requires { T::kPresets; }) group.presets = {T::kPresets.begin(), T::kPresets.end()};
   return group;
 }
 
@@ -183,13 +206,6 @@ void ReadFields(const YamlNode& node, T* object, Origins* origins,
   internal::ReadGroup(node, GroupOf(object), origins, read_elsewhere);
 }
 
-// Sets one value from "key.path=value"; the value is YAML in one line, a list element is
-// key.path[0] or key.path.0. `origins` may be null.
-template <HasFields T>
-void ApplySet(const std::string& assignment, T* object, Origins* origins) {
-  internal::ApplySetToGroup(assignment, GroupOf(object), origins);
-}
-
 // Runs the ranges and Check of the whole object; to be called after the last layer.
 template <HasFields T>
 void CheckSettings(const T& object, const Origins& origins) {
@@ -200,16 +216,26 @@ void CheckSettings(const T& object, const Origins& origins) {
   }
 }
 
-// Reads all layers over the object and checks it. Returns where each value was set.
+// Reads all layers over the object, in their order. Returns where each value was set.
 template <HasFields T>
-Origins ReadLayers(const Layers& layers, T* object) {
-  Origins origins;
-  const GroupRef group = GroupOf(object);
-  for (const YamlNode& file : layers.files) internal::ReadGroup(file, group, &origins, {});
-  for (const std::string& assignment : layers.assignments)
-    internal::ApplySetToGroup(assignment, group, &origins);
+Origins SetLayers(const std::vector<Assignment>& layers, T* object, GivenKeys* given = nullptr) {
+  return internal::ReadLayersOf(layers, GroupOf(object), given);
+}
+
+// The same, and checks it.
+template <HasFields T>
+Origins ReadLayers(const std::vector<Assignment>& layers, T* object, GivenKeys* given = nullptr) {
+  const Origins origins = SetLayers(layers, object, given);
   CheckSettings(*object, origins);
   return origins;
+}
+
+// Reads what SaveYaml wrote, and checks it: presets stand for nothing, files are as they are
+// written and need not be there.
+template <HasFields T>
+void ReadResolved(const YamlNode& node, T* object) {
+  internal::ReadResolvedGroup(node, GroupOf(object));
+  CheckFields(*object, "");
 }
 
 // One value of any type that a field may have, of any finite size.
@@ -218,20 +244,13 @@ void ReadValue(const YamlNode& node, V* value) {
   internal::ReadOne(node, internal::RefTo(value));
 }
 
-// What the layers give for this one key, or `otherwise`: for a preset, which others begin with and
-// which must be known before they are read. Nothing else in the layers is looked at.
-template <class V>
-V Peek(const Layers& layers, const std::string& key, V otherwise) {
-  if (const auto last = internal::LastOf(layers, key)) ReadValue(*last, &otherwise);
-  return otherwise;
-}
-
 // All of the above: defaults, then the files in order, then the assignments, then the checks.
 template <HasFields T>
 T LoadLayers(const std::vector<std::string>& files, const std::vector<std::string>& assignments) {
   T object;
-  Layers layers{.assignments = assignments};
-  for (const std::string& file : files) layers.files.push_back(LoadYaml(file));
+  std::vector<Assignment> layers;
+  for (const std::string& file : files) layers.push_back({"", LoadYaml(file)});
+  for (const std::string& text : assignments) layers.push_back(ParseAssignment(text));
   ReadLayers(layers, &object);
   return object;
 }
@@ -249,6 +268,37 @@ template <HasFields T>
 std::string ValueOf(const T& object, const std::string& key) {
   T copy = object;
   return internal::ValueIn(GroupOf(&copy), key);
+}
+
+// The keys of its presets, in dots, in the order in which they are read.
+template <HasFields T>
+std::vector<std::string> PresetsOf(const T& object) {
+  T copy = object;
+  return internal::PresetsIn(GroupOf(&copy));
+}
+
+// Does it to each of its fields that names a file.
+template <HasFields T>
+void ForEachFileIn(T* object, const std::function<void(InputFile*)>& act) {
+  internal::ForEachFile(GroupOf(object), act);
+}
+
+// The files that it names.
+template <HasFields T>
+std::vector<std::string> FilesNamedIn(const T& object) {
+  T copy = object;
+  std::vector<std::string> files;
+  ForEachFileIn(&copy, [&files](InputFile* file) {
+    if (!file->empty()) files.push_back(file->path);
+  });
+  return files;
+}
+
+// The value of any key, also of a group or a list of them, in one line.
+template <HasFields T>
+std::string TextOf(const T& object, const std::string& key) {
+  T copy = object;
+  return internal::TextAt(GroupOf(&copy), key);
 }
 
 template <HasFields T>

@@ -58,6 +58,14 @@ struct YamlNode {
   [[noreturn]] void Fail(const std::string& problem) const;
 };
 
+// A value and the key that it is for, in dots; without a key a group of keys, such as a file's. Its
+// node says where it stands, for messages; files that it names are beside that file, or for a
+// command line's --set in the working directory.
+struct Assignment {
+  std::string key;
+  YamlNode value;
+};
+
 // The `file` of what a command line's --set says.
 inline constexpr const char* kFromSet = "--set";
 

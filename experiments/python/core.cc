@@ -166,21 +166,23 @@ struct GivenPlan {
             const Assignments& assignments, std::optional<int64_t> seed, std::optional<int> seeds)
       : text(std::move(text_)),
         name(std::move(name_)),
-        overrides{
-            .assignments = assignments, .master_seed = seed, .seeds = seeds, .plugins = plugins} {}
+        overrides{.assignments = config::ParseAssignments(assignments),
+                  .master_seed = seed,
+                  .seeds = seeds,
+                  .plugins = plugins} {}
   batch::Plan Load() const {
     return text.empty() ? batch::LoadPlan(name, overrides) : batch::Plan(text, name, overrides);
   }
 };
 
 // Runs a plan into a file; all rows of the file as CSV.
-std::string Batch(const GivenPlan& given, const std::string& out, int workers,
+std::string Batch(const GivenPlan& given, const std::string& out, int workers, bool anew,
                   const py::object& progress) {
   batch::RunOptions options;
   options.jobs = JobsOf(workers);
   return Reporting(progress, [&](Reporter* reporter) {
     const batch::Plan plan = given.Load();
-    batch::ResultStore store = batch::ResultStore::Write(out, batch::HeaderOf(plan, {}));
+    batch::ResultStore store = batch::OpenResults(out, plan, {}, anew, options.jobs);
     options.stop_requested = [&] { return reporter->stopped(); };
     const auto show = [&](const batch::BatchProgress& now) {
       reporter->Show(static_cast<double>(now.done) / static_cast<double>(now.total),
@@ -238,8 +240,8 @@ std::string Gate(const std::string& file, const trial::Plugins& plugins,
                  const py::object& progress) {
   const batch::JobOptions jobs = JobsOf(workers);
   return Reporting(progress, [&](Reporter* reporter) -> std::string {
-    gate::GatePlan plan = gate::LoadGatePlan(file, plugins);
-    plan.assignments = assignments;
+    const gate::GatePlan plan =
+        gate::LoadGatePlan(file, plugins, config::ParseAssignments(assignments));
     const gate::GateRunner runner = gate::MakeGateRunner(
         plan, {.jobs = jobs, .time_limit_s = time_limit_s, .stop_requested = [=] {
                  return reporter->stopped();

@@ -55,6 +55,7 @@ py::object ValueOf(const config::Field& field) {
                             values.append(ValueOf(list.element(i)));
                           return list.of_groups ? py::object(values) : py::tuple(values);
                         },
+                        [](const InputFile* file) -> py::object { return py::str(file->path); },
                         [](const auto* value) -> py::object { return py::cast(*value); }},
                     field.value);
 }
@@ -99,15 +100,16 @@ py::list ResultKeys() {
 
 void AddScenario(py::module_* module) {
   py::class_<Scenario>(*module, "Scenario")
-      .def(py::init(&trial::LoadScenario), py::arg("name"), py::arg("assignments"),
-           py::arg("gains"), py::arg("plugins"))
+      .def(py::init([](const std::string& name, const std::vector<std::string>& assignments,
+                       const std::string& gains, const trial::Plugins& plugins) {
+             return trial::LoadScenario(name, assignments, gains, plugins);
+           }),
+           py::arg("name"), py::arg("assignments"), py::arg("gains"), py::arg("plugins"))
       .def_static("parse", &trial::ParseScenario, py::arg("text"), py::arg("name"),
                   py::arg("plugins"))
       .def("set",
            [](Scenario* scenario, const std::vector<std::string>& assignments) {
-             Scenario next = *scenario;
-             config::ReadLayers({.assignments = assignments}, &next);
-             *scenario = next;
+             trial::Resolve(config::ParseAssignments(assignments), scenario);
            })
       .def("get",
            [](Scenario* scenario, const std::vector<std::string>& words) {

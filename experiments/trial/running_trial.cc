@@ -68,6 +68,8 @@ RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
   if (options_.on_remark)
     for (const std::string& remark : {ChangedModels(scenario_), world_.remark()})
       if (!remark.empty()) options_.on_remark(remark);
+  if (options_.on_remark)
+    for (const std::string& remark : scenario_.given.remarks) options_.on_remark(remark);
   if (options_.timer) options_.timer->Skip();
 }
 
@@ -160,10 +162,8 @@ std::optional<std::string> RunningTrial::Advance(vehicle::ContactReport* contact
 
 Scenario Changed(const Scenario& settings, const std::string& assignment) {
   Scenario next = settings;
-  config::Origins origins;
-  config::ApplySet(assignment, &next, &origins);
   PartOf(KeyIn(assignment), settings.plugins);
-  config::CheckSettings(next, origins);
+  Resolve({config::ParseAssignment(assignment)}, &next);
   if (next.plays_back() != settings.plays_back() ||
       next.sea.current.series != settings.sea.current.series)
     throw ConfigError(KeyIn(assignment), "what is read from a file cannot change while it runs");

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <functional>
+#include <map>
 #include <utility>
 
 #include "experiments/config/data_files.h"
@@ -28,6 +28,10 @@ namespace fs = std::filesystem;
 // Without these a file would mean something else with every change of a default.
 constexpr std::array kRequired = {"schema_version", "seed", "duration_s", "model"};
 
+// Beginnings of the keys that decide what is known of the marker.
+constexpr std::array kDecidesMarker = {"model",  "vehicle_model",  "station_model", "ball_lights",
+                                       "marker", "pose_estimator", "fiducial"};
+
 bool IsFile(const fs::path& path) {
   std::error_code ignored;
   return fs::is_regular_file(path, ignored);
@@ -37,50 +41,8 @@ bool IsBundledModel(const std::string& model) {
   return model.find('/') == std::string::npos && IsFile(config::ModelPath(model));
 }
 
-// A bundled model keeps its name. Any other is a file, beside the scenario or, from the command
-// line, in the working directory; it becomes an absolute path, so that the resolved scenario runs
-// anywhere.
-std::string ResolvedFile(const std::string& key, const std::string& file,
-                         const std::string& scenario_file, const std::string& origin,
-                         const std::string& problem = "is no file") {
-  const fs::path folder =
-      origin.starts_with("--set") ? fs::current_path() : fs::path(scenario_file).parent_path();
-  const fs::path path = fs::absolute(folder / file).lexically_normal();
-  if (!IsFile(path)) throw ConfigError(origin + key + " = '" + file + "', " + problem);
-  return path.string();
-}
-
-std::string ResolvedModel(const std::string& key, const std::string& model,
-                          const std::string& scenario_file, const std::string& origin) {
-  if (IsBundledModel(model)) return model;
-  return ResolvedFile(key, model, scenario_file, origin,
-                      "is neither a file nor one of the bundled models");
-}
-
 std::string PathOfModel(const std::string& model) {
   return IsBundledModel(model) ? config::ModelPath(model) : model;
-}
-
-// The vehicle's file in the layers, which decides what they are read over.
-std::string VehicleModelIn(const config::Layers& layers, const std::string& scenario_file) {
-  const std::string key = "vehicle_model";
-  const std::string model = config::Peek(layers, key, Scenario().vehicle_model);
-  const bool is_set = std::any_of(layers.assignments.begin(), layers.assignments.end(),
-                                  [&](const auto& text) { return text.starts_with(key + "="); });
-  return ResolvedModel(key, model, scenario_file, is_set ? "--set " : scenario_file + ": ");
-}
-
-// A pilot navigates by eye unless the layers say otherwise.
-ScenarioPresets PresetsIn(const config::Layers& layers, const std::string& scenario_file) {
-  const Scenario defaults;
-  const bool by_hand = config::Peek(layers, "approach.mode", defaults.approach.mode) ==
-                       control::ApproachMode::kPilot;
-  return {.estimator = config::Peek(layers, "estimator.preset", defaults.estimator.preset),
-          .optics = config::Peek(layers, "optics", defaults.optics),
-          .navigation = config::Peek(
-              layers, "navigation.preset",
-              by_hand ? vehicle::NavigationPreset::kPilot : defaults.navigation.preset),
-          .vehicle_model = VehicleModelIn(layers, scenario_file)};
 }
 
 // The vehicle's data, beside its MJCF.
@@ -116,6 +78,55 @@ void CheckBrightness(const std::vector<light::LightFault>& faults,
                       faults[i].light, FormatNumber(faults[i].begin_s), error.what()));
     }
   }
+}
+
+// Of a document the values of the keys that another one has.
+void AddCommon(const config::YamlNode& values, const config::YamlNode& keys,
+               std::vector<config::Assignment>* common) {
+  for (const auto& [key, inner] : keys.Entries()) {
+    const config::YamlNode value = *values.Find(key);
+    if (inner.IsMap())
+      AddCommon(value, inner, common);
+    else
+      common->push_back({value.path, value});
+  }
+}
+
+vision::MarkerParams DefaultMarker() {
+  vision::MarkerParams marker;
+  config::ReadFields(config::LoadYaml(config::AssetPath("marker_default.yaml")), &marker, nullptr);
+  return marker;
+}
+
+// What a scenario's file is read over.
+Scenario Beginning(const Plugins& plugins) {
+  Scenario scenario;
+  scenario.plugins = plugins.WithDefaults();
+  const auto begin_with = [](const std::string& data, auto* object) {
+    config::ReadFields(config::LoadYaml(data), object, nullptr);
+  };
+  scenario.Given("vehicle_model");
+  begin_with(config::AssetPath("rig_default.yaml"), &scenario.rig);
+  scenario.marker = DefaultMarker();
+  begin_with(config::AssetPath("gains.yaml"), &scenario);
+  scenario.Given("optics");
+  return scenario;
+}
+
+// The marker as the estimator knows it, where that is the scene's. The bundled scenes have the
+// default one: there is no need to look.
+void TakeMarker(Scenario* scenario) {
+  const bool takes_balls = scenario->marker_from_scene && !IsBundledModel(scenario->model);
+  const bool takes_tags =
+      scenario->pose_estimator == EstimatorKind::kFiducial && scenario->fiducial.tags.empty();
+  if (!takes_balls && !takes_tags) return;
+  const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(*scenario), scenario->rig);
+  if (takes_balls) {
+    scenario->marker.balls = DefaultMarker().balls;
+    TakeBalls(scene, scenario);
+  }
+  if (takes_tags) TakeTags(scene, scenario);
+  CheckFields(*scenario, "");
 }
 
 void CheckShine(const std::string& ball, const std::vector<light::BallLight>& balls,
@@ -170,6 +181,31 @@ Twist StartParams::V_WB_B() const {
 }
 
 void Scenario::MoreFields(config::GroupRef* group) { plugins.AddTo(group); }
+
+void Scenario::Given(const std::string& key) {
+  if (key == "vehicle_model") {
+    vehicle = {};
+    config::ReadFields(config::LoadYaml(VehicleDataFile(vehicle_model)), &vehicle, nullptr);
+    known_vehicle = vehicle;
+  } else if (key == "optics") {
+    const config::YamlNode published = config::LoadYaml(config::AssetPath("optics.yaml"));
+    std::vector<config::Assignment> values = {{"", published}};
+    if (optics == OpticsPreset::kModernDigital) {
+      values.clear();
+      const Scenario defaults;
+      AddCommon(config::ParseYaml(SaveScenario(defaults), "defaults"), published, &values);
+    }
+    config::SetLayers(values, this);
+  } else if (key == "approach.mode") {
+    // A pilot navigates by eye, and nobody else does.
+    const bool by_hand = approach.mode == control::ApproachMode::kPilot;
+    if (by_hand != (navigation.preset == vehicle::NavigationPreset::kPilot))
+      navigation = vehicle::NavigationParams::Of(by_hand ? vehicle::NavigationPreset::kPilot
+                                                         : vehicle::NavigationParams().preset);
+  } else if (key.starts_with("marker.balls")) {
+    marker_from_scene = false;
+  }
+}
 
 std::string Scenario::controller_name() const {
   return plugins.controller().empty() ? NameOf(control.controller) : plugins.controller();
@@ -246,83 +282,58 @@ void Scenario::Check(const std::string& path) const {
                       "with pose_source = true_pose only thrusters can fail: nothing is seen");
 }
 
-Scenario ScenarioBefore(const ScenarioPresets& presets, const Plugins& plugins) {
-  Scenario scenario;
-  scenario.plugins = plugins.WithDefaults();
-  const auto begin_with = [](const std::string& data, auto* object) {
-    config::ReadFields(config::LoadYaml(data), object, nullptr);
-  };
-  scenario.estimator = vision::RmGaOptions::Of(presets.estimator);
-  scenario.navigation = vehicle::NavigationParams::Of(presets.navigation);
-  const std::string data = VehicleDataFile(presets.vehicle_model);
-  begin_with(data, &scenario.vehicle);
-  scenario.known_vehicle = scenario.vehicle;
-  begin_with(config::AssetPath("rig_default.yaml"), &scenario.rig);
-  begin_with(config::AssetPath("marker_default.yaml"), &scenario.marker);
-  begin_with(config::AssetPath("gains.yaml"), &scenario);
-  if (presets.optics == OpticsPreset::kPublished)
-    begin_with(config::AssetPath("optics.yaml"), &scenario);
-  return scenario;
+Scenario PresetsOf(const Scenario& scenario) {
+  Scenario before = Beginning(scenario.plugins);
+  std::vector<std::string> presets;
+  for (const std::string& key : config::PresetsOf(scenario))
+    presets.push_back(key + "=" + config::ValueOf(scenario, key));
+  config::SetLayers(config::ParseAssignments(presets), &before);
+  return before;
 }
 
-Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
-                      const std::string& gains_file, const Plugins& plugins) {
-  config::Layers layers{
-      .files = {config::LoadYaml(config::FindBundled("scenarios", "scenario", name))},
-      .assignments = assignments};
-  const config::YamlNode file = layers.files[0];
+void Resolve(const std::vector<config::Assignment>& given, Scenario* scenario) {
+  Scenario next = *scenario;
+  const config::Origins origins = config::ReadLayers(given, &next, &next.given);
+  if (std::ranges::any_of(origins, [](const auto& origin) {
+        return std::ranges::any_of(
+            kDecidesMarker, [&origin](const char* key) { return origin.first.starts_with(key); });
+      }))
+    TakeMarker(&next);
+  *scenario = std::move(next);
+}
+
+Scenario LoadScenario(const std::string& name, const std::vector<config::Assignment>& given,
+                      const Plugins& plugins) {
+  const config::YamlNode file =
+      config::LoadYaml(config::FindBundled("scenarios", "scenario", name));
   if (file.Find("scenario"))
     throw ConfigError(file.file + ": is a plan, no scenario; turbidock batch runs it");
   for (const char* key : kRequired)
     if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
-  if (!gains_file.empty()) layers.files.push_back(config::LoadYaml(gains_file));
-
-  Scenario scenario = ScenarioBefore(PresetsIn(layers, file.file), plugins);
-  const config::Origins origins = config::ReadLayers(layers, &scenario);
-  for (const auto& [key, model] : {std::pair{"model", &scenario.model},
-                                   {"vehicle_model", &scenario.vehicle_model},
-                                   {"station_model", &scenario.station_model}})
-    if (const auto origin = origins.find(key); origin != origins.end())
-      *model = ResolvedModel(key, *model, file.file, origin->second);
-  for (const auto& [key, recorded] : {std::pair{"playback.file", &scenario.control.playback.file},
-                                      {"sea.current.series", &scenario.sea.current.series}})
-    if (const auto origin = origins.find(key); origin != origins.end() && !recorded->empty())
-      *recorded = ResolvedFile(key, *recorded, file.file, origin->second);
-  // The bundled scenes have the default marker: there is no need to look.
-  const bool takes_balls =
-      !IsBundledModel(scenario.model) && std::ranges::none_of(origins, [](const auto& origin) {
-        return origin.first.starts_with("marker.balls");
-      });
-  const bool takes_tags =
-      scenario.pose_estimator == EstimatorKind::kFiducial && scenario.fiducial.tags.empty();
-  if (takes_balls || takes_tags) {
-    const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig);
-    if (takes_balls) TakeBalls(scene, &scenario);
-    if (takes_tags) TakeTags(scene, &scenario);
-    CheckFields(scenario, "");
-  }
+  std::vector<config::Assignment> layers = {{"", file}};
+  layers.insert(layers.end(), given.begin(), given.end());
+  Scenario scenario = Beginning(plugins);
+  Resolve(layers, &scenario);
   return scenario;
 }
 
-std::vector<std::string> GainAssignments(const std::string& gains_file, const Plugins& plugins) {
-  std::vector<std::string> assignments;
-  if (gains_file.empty()) return assignments;
-  const config::YamlNode file = config::LoadYaml(gains_file);
-  Scenario any;
-  any.plugins = plugins.WithDefaults();
-  config::ReadFields(file, &any, nullptr);  // what is wrong is said with its line
-  const std::function<void(const config::YamlNode&)> add = [&](const config::YamlNode& node) {
-    if (!node.IsMap()) return assignments.push_back(node.path + "=" + node.OneLine());
-    for (const auto& [key, value] : node.Entries()) add(value);
-  };
-  add(file);
-  return assignments;
+std::vector<config::Assignment> GivenBy(const std::string& gains_file,
+                                        const std::vector<std::string>& assignments) {
+  std::vector<config::Assignment> given;
+  if (!gains_file.empty()) given.push_back({"", config::LoadYaml(gains_file)});
+  for (const std::string& text : assignments) given.push_back(config::ParseAssignment(text));
+  return given;
+}
+
+Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
+                      const std::string& gains_file, const Plugins& plugins) {
+  return LoadScenario(name, GivenBy(gains_file, assignments), plugins);
 }
 
 Scenario ParseScenario(const std::string& text, const std::string& name, const Plugins& plugins) {
   Scenario scenario;
   scenario.plugins = plugins.WithDefaults();
-  config::ReadLayers({.files = {config::ParseYaml(text, name)}}, &scenario);
+  config::ReadResolved(config::ParseYaml(text, name), &scenario);
   return scenario;
 }
 
@@ -340,7 +351,7 @@ vehicle::SceneFiles SceneFilesOf(const Scenario& scenario) {
     if (model == part) return;
     if (system::ReadWhole(files.scene).find("\"" + part + "\"") == std::string::npos)
       throw ConfigError(key, "'" + model + "' cannot be taken for " + part + ", which " +
-                                 scenario.model + " does not include");
+                                 scenario.model.path + " does not include");
     files.parts[part] = PathOfModel(model);
     files.shared.erase(part);
   };
@@ -352,11 +363,12 @@ vehicle::SceneFiles SceneFilesOf(const Scenario& scenario) {
 std::vector<ModelFile> ModelFilesOf(const Scenario& scenario) {
   std::vector<ModelFile> files;
   const std::string bundled = config::ModelPath("");
-  for (const auto& [path, digest] : vehicle::ContentsOf(SceneFilesOf(scenario)))
+  std::map<std::string, std::string> contents = vehicle::ContentsOf(SceneFilesOf(scenario));
+  for (const std::string& named : config::FilesNamedIn(scenario))
+    if (const std::string path = PathOfModel(named); !contents.contains(path))
+      contents[path] = DigestOf(system::ReadWhole(path));
+  for (const auto& [path, digest] : contents)
     files.push_back({path.starts_with(bundled) ? path.substr(bundled.size()) : path, digest});
-  const std::string& commands = scenario.plays_back() ? scenario.control.playback.file : "";
-  for (const std::string& recorded : {commands, scenario.sea.current.series})
-    if (!recorded.empty()) files.push_back({recorded, DigestOf(system::ReadWhole(recorded))});
   return files;
 }
 

@@ -2,6 +2,8 @@
 // A scenario: everything that decides a trial, besides the program itself. A YAML file is read over
 // the defaults in these structs and models/vehicle.yaml; `resolved.yaml` of a trial holds every
 // value and runs to the same digest.
+//
+// Whoever sets a key of it, a file, --set, a plan, a gate, a study or Python, does so by Resolve.
 
 #include <cstdint>
 #include <memory>
@@ -11,6 +13,7 @@
 #include "control/approach.h"
 #include "control/autopilot.h"
 #include "control/docking_procedure.h"
+#include "experiments/config/given_keys.h"
 #include "experiments/config/group_ref.h"
 #include "experiments/trial/faults.h"
 #include "experiments/trial/plugins.h"
@@ -159,9 +162,9 @@ struct Scenario {
   int64_t seed = 0;
   double duration_s = 0;
   // MJCF files, bundled ones or paths.
-  std::string model;
-  std::string vehicle_model = "vehicle.xml";
-  std::string station_model = "station.xml";
+  InputFile model;
+  InputFile vehicle_model = "vehicle.xml";
+  InputFile station_model = "station.xml";
   std::vector<ModelFile> model_files;  // as they were when it was resolved; else empty
   int camera_period_frames = 1;
   int camera_delay_frames = 1;
@@ -171,6 +174,7 @@ struct Scenario {
   double docked_hold_s = 1;
   OpticsPreset optics = OpticsPreset::kPublished;
   view::GlBackend renderer = view::GlBackend::kOsmesa;
+  bool marker_from_scene = true;
   bool marker_may_differ = false;
 
   ClockParams clock;
@@ -198,7 +202,8 @@ struct Scenario {
   vehicle::VehicleData known_vehicle;  // as the controller knows it
   JamParams jam;
   Faults faults;
-  Plugins plugins;  // also choices of `controller` and `pose_estimator`, with a group each
+  Plugins plugins;          // also choices of `controller` and `pose_estimator`, with a group each
+  config::GivenKeys given;  // no keys of its own
 
   static void Fields(auto& self, auto&& field) {
     field("schema_version", self.schema_version, InRange(kScenarioSchema, kScenarioSchema),
@@ -231,10 +236,13 @@ struct Scenario {
     field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
           "time the vehicle holds the last pose once docked, before the trial ends");
     field("optics", self.optics, Range{},
-          "what the keys of water, light, camera and hue begin with: the published rig's, or a "
-          "digital camera's of today");
+          "sets the keys of water, light, camera and hue: to the published rig's, or to those of a "
+          "digital camera of today");
     field("renderer", self.renderer, Range{},
           "what draws; where this machine does not have it, the other does");
+    field("marker_from_scene", self.marker_from_scene, Range{},
+          "whether the estimator knows the balls of the scene, where that is no bundled one; "
+          "giving marker.balls says no");
     field("marker_may_differ", self.marker_may_differ, Range{},
           "run although the marker as the estimator knows it is not the scene's");
     field("clock", self.clock, Finite(), "frames and physics steps");
@@ -277,6 +285,9 @@ struct Scenario {
     field("faults", self.faults, Finite(), "what goes wrong, and when");
   }
   void MoreFields(config::GroupRef* group);  // those of the plug-ins
+  // Keys that stand for others set them where they are given; what is given later counts.
+  static constexpr std::array kPresets = {"vehicle_model", "optics", "approach.mode"};
+  void Given(const std::string& key);
   void Check(const std::string& path) const;
   void CheckApproach(const std::string& path) const;
   void CheckPlayback(const std::string& path) const;
@@ -304,29 +315,29 @@ struct Scenario {
   }
 };
 
+// Sets values in a scenario, one after the other, and checks it: the one way in which anything is
+// set in one. Of values for the same key the last one counts, and a key that stands for others (see
+// Given) sets them. ConfigError for whatever is wrong; the scenario is then as it was.
+void Resolve(const std::vector<config::Assignment>& given, Scenario* scenario);
+
 // Reads a scenario: struct defaults, the vehicle's data (models/vehicle.yaml), assets/gains.yaml
-// and (optics: published) optics.yaml, the file, the assignments ("water.milk_ml_m3=20"). `name` is
-// a file or a bundled scenario's name. ConfigError for whatever is wrong in them. A gains file, if
-// there is one, is read between file and assignments; it holds any keys of a scenario but commonly
-// those of the controller. `plugins` are what else `controller` and `pose_estimator` may name;
-// they stay with the scenario. The marker's balls, where no layer gives them, are those of the
-// scene; so are the tags of the estimator that reads them.
+// and optics.yaml, the file, the gains file if there is one, the assignments
+// ("water.milk_ml_m3=20"). `name` is a file or a bundled scenario's name. ConfigError for whatever
+// is wrong in them. A gains file holds any keys of a scenario but commonly those of the controller.
+// `plugins` are what else `controller` and `pose_estimator` may name; they stay with the scenario.
+// The marker's balls, where nothing gives them, are those of the scene; so are the tags of the
+// estimator that reads them.
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
                       const std::string& gains_file = "", const Plugins& plugins = {});
+Scenario LoadScenario(const std::string& name, const std::vector<config::Assignment>& given,
+                      const Plugins& plugins);
 
-// A gains file as assignments, "lqg.position_noise_m=0.01": for many scenarios. ConfigError as
-// above.
-std::vector<std::string> GainAssignments(const std::string& gains_file, const Plugins& plugins);
+// What a command line gives: a gains file, if there is one, then assignments.
+std::vector<config::Assignment> GivenBy(const std::string& gains_file,
+                                        const std::vector<std::string>& assignments);
 
-// What decides what a scenario's file is read over.
-struct ScenarioPresets {
-  vision::Preset estimator = vision::Preset::kDefault;
-  OpticsPreset optics = OpticsPreset::kPublished;
-  vehicle::NavigationPreset navigation = vehicle::NavigationPreset::kDvl;
-  std::string vehicle_model;
-};
-// That: struct defaults and the data files above.
-Scenario ScenarioBefore(const ScenarioPresets& presets, const Plugins& plugins = {});
+// What a scenario's file is read over, with the presets that this one has.
+Scenario PresetsOf(const Scenario& scenario);
 
 // Every value as YAML, with its description as a comment. Parsing it gives the same scenario, bit
 // for bit; `name` stands for the file in messages.
@@ -341,7 +352,8 @@ std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins = {});
 // ConfigError for a scene without a vehicle.xml (station.xml) that another could be taken for.
 vehicle::SceneFiles SceneFilesOf(const Scenario& scenario);
 
-// What it is made from now. ConfigError as of vehicle::ContentsOf.
+// What it is made from now: its models with all that they include, and every file that a key names.
+// ConfigError as of vehicle::ContentsOf.
 std::vector<ModelFile> ModelFilesOf(const Scenario& scenario);
 // A sentence that names those that its `model_files` have otherwise; empty where there are none.
 std::string ChangedModels(const Scenario& scenario);

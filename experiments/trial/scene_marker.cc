@@ -132,7 +132,7 @@ void TakeTags(const vehicle::Scene& scene, Scenario* scenario) {
     tag.size_m = std::round(real.size_m * 1e6) / 1e6;
   }
   if (scenario->fiducial.tags.empty())
-    throw ConfigError("fiducial.tags", "there is no tag to read in " + scenario->model +
+    throw ConfigError("fiducial.tags", "there is no tag to read in " + scenario->model.path +
                                            ": it has no site tag_*, as fiducial.xml has them");
 }
 
@@ -181,7 +181,7 @@ void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene) {
   for (const MarkerPart& ball : real)
     if (std::ranges::find(known, ball.name, &MarkerPart::name) == known.end())
       throw ConfigError("marker.balls", ball.name + " of the scene is not known (" +
-                                            scenario.model +
+                                            scenario.model.path +
                                             "); set marker_may_differ to run all the same");
   if (scenario.pose_estimator != EstimatorKind::kFiducial) return;
   known.clear();

@@ -272,7 +272,7 @@ struct TrialRecord {
           "settings that somebody changed while it ran: frame, time_s, key, value");
     field("seed", self.seed, kFact, "of the scenario");
     field("version", self.version, kReport, "of the program, with its commit");
-    field("renderer", self.renderer, kReport,
+    field("renderer", self.renderer, kRun,
           "GL context and what draws in it; empty where nothing is drawn");
     field("digest", self.digest, kFact,
           "of states, estimates and commands; equal for equal runs; empty without an end");

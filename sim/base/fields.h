@@ -9,11 +9,11 @@
 //     }
 //   };
 //
-// Keys carry the unit (`baseline_m`). A member may be: bool, int, int64_t, double, std::string, an
-// enum with EnumNames, Eigen vectors and matrices of double of fixed size, std::array<double, N>,
-// std::vector<double>, another such struct, or a std::vector of such structs. A struct may also
-// have `void Check(const std::string& path) const`, which throws ConfigError for what one range
-// cannot say.
+// Keys carry the unit (`baseline_m`). A member may be: bool, int, int64_t, double, std::string,
+// InputFile, an enum with EnumNames, Eigen vectors and matrices of double of fixed size,
+// std::array<double, N>, std::vector<double>, another such struct, or a std::vector of such
+// structs. A struct may also have `void Check(const std::string& path) const`, which throws
+// ConfigError for what one range cannot say.
 
 #include <Eigen/Core>
 #include <array>
@@ -42,6 +42,19 @@ struct Range {
   }
   // "must be in [0, 1]", "must be > 0", "must be finite".
   std::string Sentence() const;
+};
+
+// A file that what has this field reads. Whoever reads it from YAML makes it an absolute path; the
+// name of a bundled model stays as it is. Empty: none.
+struct InputFile {
+  std::string path;
+
+  InputFile() = default;
+  InputFile(std::string given) : path(std::move(given)) {}  // NOLINT: is one
+  InputFile(const char* given) : path(given) {}             // NOLINT: likewise
+  operator const std::string&() const { return path; }      // NOLINT: likewise
+  bool empty() const { return path.empty(); }
+  bool operator==(const InputFile&) const = default;
 };
 
 inline Range Finite() { return {}; }
@@ -120,7 +133,7 @@ void CheckFields(const T& object, const std::string& path) {
       for (size_t i = 0; i < value.size(); ++i)
         CheckFields(value[i], JoinKey(path, key) + "[" + std::to_string(i) + "]");
     } else if constexpr (std::is_same_v<V, bool> || std::is_same_v<V, std::string> ||
-                         std::is_enum_v<V>) {
+                         std::is_same_v<V, InputFile> || std::is_enum_v<V>) {
     } else if constexpr (std::is_arithmetic_v<V>) {
       const auto number = static_cast<double>(value);
       internal::CheckNumbers(&number, 1, range, path, key);

@@ -51,10 +51,14 @@ struct NavigationParams {
   double heading_noise_std_rad = 0.005;
 
   static NavigationParams Of(NavigationPreset preset);
+  static constexpr std::array kPresets = {"preset"};
+  void Given(const std::string& key) {
+    if (key == "preset") *this = Of(preset);
+  }
 
   static void Fields(auto& self, auto&& field) {
     field("preset", self.preset, Range{},
-          "what the other keys begin with: dvl, usbl, dead_reckoning, pilot, or never (it reports "
+          "sets all other keys: dvl, usbl, dead_reckoning, pilot, or never (it reports "
           "nothing)");
     field("position_bias_std_m", self.position_bias_std_m, InRange(0, 10),
           "standard deviation of a trial's constant error, along each horizontal axis");

@@ -174,7 +174,7 @@ VehicleCheck CheckVehicle(const trial::Scenario& scenario) {
   VehicleCheck check;
   check.vehicle = scenario.vehicle_model;
   check.scenario = scenario.description;
-  check.mjcf = fs::path(scenario.vehicle_model).filename();
+  check.mjcf = fs::path(scenario.vehicle_model.path).filename();
   check.data = fs::path(check.mjcf).replace_extension(".yaml");
   check.mass_kg = data.LoadedRigidBody().mass_kg;
   check.levels = scenario.control.levelling.enabled && allocation.levels();

@@ -73,10 +73,7 @@ EstimateSettings LoadEstimateSettings(const std::string& marker_file,
     config::ReadFields(config::LoadYaml(marker_file), &settings.marker, &origins);
     config::CheckSettings(settings.marker, origins);
   }
-  const config::Layers layers{.assignments = assignments};
-  settings.estimator =
-      vision::RmGaOptions::Of(config::Peek(layers, "estimator.preset", settings.estimator.preset));
-  config::ReadLayers(layers, &settings);
+  config::ReadLayers(config::ParseAssignments(assignments), &settings);
   return settings;
 }
 

@@ -30,16 +30,14 @@ GateTrial GateTrialOf(const batch::StoredTrial& stored) {
 
 // Everything that decides the gate's trials. Margins and the like do not, nor does the baseline.
 std::string ResolvedTrials(const GatePlan& plan) {
-  std::string text = fmt::format("seed: {}\nprogram: {}\n", plan.seed, system::ProgramDigest());
-  text += "conditions:\n";
-  std::map<std::string, trial::Scenario> scenarios;
+  std::string text = fmt::format("seed: {}\nconditions:\n", plan.seed);
+  std::map<std::string, trial::ModelFile> files;
   for (const GateCondition& condition : plan.conditions) {
-    const trial::Scenario& scenario = scenarios[condition.name] =
-        plan.ScenarioOf(condition, plan.SeedOf(0));
     text += fmt::format("  {}: |\n{}", batch::YamlText(condition.name),
-                        system::Indented(trial::SaveScenario(scenario), "    "));
+                        system::Indented(trial::SaveScenario(condition.resolved), "    "));
+    for (const trial::ModelFile& file : condition.resolved.model_files) files[file.file] = file;
   }
-  return text + batch::ModelFilesText(scenarios);
+  return text + batch::ModelFilesText(files);
 }
 
 // Runs trials of the conditions in turn. `wanted`: of how many trials one consists as far as is
@@ -82,7 +80,7 @@ void RunTrials(const GatePlan& plan, const GateRunner& run,
 
 GateRunner MakeGateRunner(const GatePlan& plan, batch::RunOptions options,
                           batch::ResultStore* store) {
-  options.plugins = plan.plugins;
+  options.plugins = plan.conditions.front().resolved.plugins;
   const auto runner = std::make_shared<batch::TrialRunner>(options, store);
   const auto spec = [&plan](int64_t trial) -> batch::TrialSpec {
     const int64_t conditions = std::ssize(plan.conditions);
@@ -94,7 +92,7 @@ GateRunner MakeGateRunner(const GatePlan& plan, batch::RunOptions options,
             .parameters = {{kConditionKey, plan.conditions[static_cast<size_t>(condition)].name}}};
   };
   const auto scenario = [&plan](const batch::TrialSpec& of) {
-    return plan.ScenarioOf(plan.conditions[static_cast<size_t>(of.cell)], of.seed);
+    return ScenarioOf(plan.conditions[static_cast<size_t>(of.cell)], of.seed);
   };
   return [=](const GateTrials& trials) {
     const auto add = [&trials](const batch::StoredTrial& trial) {
@@ -106,22 +104,25 @@ GateRunner MakeGateRunner(const GatePlan& plan, batch::RunOptions options,
   };
 }
 
-batch::ResultStore OpenTrials(const std::string& file, const GatePlan& plan,
+batch::ResultStore OpenTrials(const std::string& file, const GatePlan& plan, bool anew,
                               const std::function<void(const std::string&)>& say) {
   const batch::StoreHeader header{.kind = "gate",
                                   .plan = ResolvedTrials(plan),
                                   .build = system::BuildId(),
+                                  .code = plan.conditions.front().resolved.plugins.Code(),
                                   .shard = {},
                                   .trials = 0,
                                   .keys = {kConditionKey}};
-  try {
-    return batch::ResultStore::Write(file, header);
-  } catch (const batch::OtherResults& other) {
-    say(fmt::format("{}: has trials of another gate or build ({}): begun anew", file,
-                    other.difference));
-    std::filesystem::remove(file);
-    return batch::ResultStore::Write(file, header);
-  }
+  batch::ResultStore store = batch::ResultStore::Open(file, header);
+  const std::vector<std::string> differences = batch::Differences(store.header(), header);
+  if (differences.empty()) return store;
+  // Trials of another program are what a gate is there to tell from this one's.
+  const bool is_other_program =
+      store.header().build != header.build || store.header().code != header.code;
+  if (!anew && !is_other_program) throw batch::OtherResults(file, differences[0]);
+  say(fmt::format("{}: has other trials ({}): begun anew", file, differences[0]));
+  store.Become(header, {});
+  return store;
 }
 
 GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const GateRunner& run,

@@ -37,10 +37,10 @@ using GateRunner = std::function<void(const GateTrials& trials)>;
 GateRunner MakeGateRunner(const GatePlan& plan, batch::RunOptions options,
                           batch::ResultStore* store = nullptr);
 
-// The file of a gate's trials, to be gone on with when they are of the same program, conditions,
-// assignments and data. Trials of anything else say nothing about this build: the file is then
-// begun anew, which `say` tells. ConfigError when something else is in the way.
-batch::ResultStore OpenTrials(const std::string& file, const GatePlan& plan,
+// The file of a gate's trials, to be gone on with. It is begun anew, which `say` tells, when its
+// trials are of another program, or with `anew`. OtherResults when a scenario or a file of it has
+// changed, ConfigError when something else is in the way.
+batch::ResultStore OpenTrials(const std::string& file, const GatePlan& plan, bool anew,
                               const std::function<void(const std::string&)>& say);
 
 struct GateReport {

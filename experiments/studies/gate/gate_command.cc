@@ -10,6 +10,7 @@
 #include "experiments/app/job_arguments.h"
 #include "experiments/app/progress.h"
 #include "experiments/app/report_output.h"
+#include "experiments/config/yaml_fields.h"
 #include "experiments/page/report_page.h"
 #include "experiments/report/report.h"
 #include "experiments/report/report_json.h"
@@ -30,7 +31,7 @@ struct GateArguments {
   std::string gains;
   app::JobArguments jobs;
   int bundles = 5;
-  bool update = false, json = false, quiet = false;
+  bool update = false, json = false, quiet = false, anew = false;
 
   std::string failures() const { return out + "/failures"; }
 };
@@ -47,7 +48,7 @@ GateRunner RunnerOf(const GateArguments& arguments, const GatePlan& plan, const 
   const auto say = [progress](const std::string& text) { progress->Say("  " + text); };
   std::shared_ptr<batch::ResultStore> store;
   if (!file.empty()) {
-    store = std::make_shared<batch::ResultStore>(OpenTrials(file, plan, say));
+    store = std::make_shared<batch::ResultStore>(OpenTrials(file, plan, arguments.anew, say));
     if (const auto there = std::ssize(store->Done()); there > 0)
       say(fmt::format("{} trials are in {} already", there, file));
   }
@@ -93,7 +94,7 @@ void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const Ga
       const GateCondition& condition = plan.conditions[i];
       const std::string bundle =
           arguments.failures() + "/" + BundleName(condition.name, trial.seed);
-      const trial::Scenario scenario = plan.ScenarioOf(condition, trial.seed);
+      const trial::Scenario scenario = ScenarioOf(condition, trial.seed);
       const bool films = scenario.pose_source == trial::PoseSource::kCameras;
       const trial::TrialResult again =
           run::RunShownTrial(scenario, {.out = bundle, .video = films, .quiet = true});
@@ -112,8 +113,10 @@ report::Json LinksOf(const GatePlan& plan, const GateReport& report) {
   for (size_t i = 0; i < report.conditions.size(); ++i) {
     const ConditionReport& condition = report.conditions[i];
     std::string set;
-    for (const auto& list : {plan.conditions[i].assignments, plan.assignments})
-      for (const std::string& assignment : list) set += fmt::format(" --set '{}'", assignment);
+    for (const std::string& key : plan.conditions[i].keys)
+      set += fmt::format(" --set '{}={}'", key, config::TextOf(plan.conditions[i].resolved, key));
+    for (const std::string& assignment : plan.assignments)
+      set += fmt::format(" --set '{}'", assignment);
     for (const GateTrial& trial : condition.outcomes) {
       const bool fails = std::ranges::count(condition.newly_failing_seeds, trial.seed) > 0;
       if (!fails && std::ranges::count(condition.newly_docking_seeds, trial.seed) == 0) continue;
@@ -145,7 +148,7 @@ void WriteOut(const GateArguments& arguments, const GatePlan& plan, const GateRe
   system::WriteWhole(out / "summary.md", report::Markdown(shown));
   WriteBundles(arguments, plan, report, progress);
   page::Page page = page::ReportPage(document, arguments.out);
-  page::AddTrialsIn(arguments.failures(), plan.plugins, &page);
+  page::AddTrialsIn(arguments.failures(), arguments.plugins, &page);
   page::WritePage((out / "report.html").string(), page);
   progress->Say("report.html, summary.json, junit.xml and summary.md in " + arguments.out);
 }
@@ -175,10 +178,8 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan,
 }
 
 int Gate(const GateArguments& arguments) {
-  GatePlan plan = LoadGatePlan(arguments.plan, arguments.plugins);
-  plan.assignments = trial::GainAssignments(arguments.gains, arguments.plugins);
-  plan.assignments.insert(plan.assignments.end(), arguments.assignments.begin(),
-                          arguments.assignments.end());
+  GatePlan plan = LoadGatePlan(arguments.plan, arguments.plugins,
+                               trial::GivenBy(arguments.gains, arguments.assignments));
   if (!arguments.baseline.empty()) plan.baseline = arguments.baseline;
   system::OutputPlan outputs;  // with what the gate reads
   outputs.Reads(arguments.plan);
@@ -222,6 +223,7 @@ void AddGate(app::CommandLine& line) {
       gate.Flag("--update", arguments.update, "Measure the baseline anew and write it");
   const app::Option json =
       gate.Flag("--json", arguments.json, "Print the report as JSON on stdout: summary.json");
+  gate.AddAnew(arguments.anew);
   gate.AddQuiet(arguments.quiet);
   for (const app::Option& option : {out, set, gains, bundles, json}) update.Excludes(option);
 }

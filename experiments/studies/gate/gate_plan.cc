@@ -20,27 +20,35 @@ namespace fs = std::filesystem;
 constexpr const char* kSetKey = "set";
 
 GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
-                            const fs::path& folder, config::Origins* origins) {
+                            const trial::Plugins& plugins,
+                            const std::vector<config::Assignment>& given_to_all,
+                            config::Origins* origins) {
   if (!node.IsMap()) node.Fail("must be a group of keys");
   GateCondition condition;
   static_cast<JudgeOptions&>(condition) = plan;
   config::ReadFields(node, &condition, origins, {kSetKey});
   if (condition.name.empty()) node.Fail("a condition needs a name");
   if (condition.scenario.empty()) node.Fail("a condition needs a scenario");
+  std::vector<config::Assignment> given;
   std::vector<std::string> settings;
   if (const auto set = node.Find(kSetKey)) {
     batch::VariedKeys keys;
     for (const auto& [key, value] : set->Entries()) {
       keys.RequireNew(key, value);
       keys.Add(key, value);
-      condition.assignments.push_back(key + "=" + batch::PlanValue(key, value));
+      given.push_back({key, value});
+      condition.keys.push_back(key);
       settings.push_back(key + "=" + value.OneLine());
     }
     condition.settings = fmt::format("{}", fmt::join(settings, " "));
   }
+  given.insert(given.end(), given_to_all.begin(), given_to_all.end());
+  for (const config::Assignment& each : given)
+    if (each.key == "seed")
+      each.value.Fail("the gate gives each trial its seed; set the gate's own `seed`");
 
   std::error_code ignored;
-  const fs::path beside = folder / condition.scenario;
+  const fs::path beside = fs::path(node.file).parent_path() / condition.scenario;
   try {
     condition.scenario_file =
         fs::is_regular_file(beside, ignored)
@@ -50,8 +58,10 @@ GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
     digest.Add(config::LoadYaml(condition.scenario_file).OneLine());
     for (const std::string& setting : settings) digest.Add(setting);
     condition.digest = digest.Hex();
-    plan.ScenarioOf(condition, plan.SeedOf(0));
+    condition.resolved = trial::LoadScenario(condition.scenario_file, given, plugins);
+    condition.resolved.model_files = trial::ModelFilesOf(condition.resolved);
   } catch (const ConfigError& error) {
+    if (std::string(error.what()).starts_with(node.file + ":")) throw;
     node.Fail(error.what());
   }
   return condition;
@@ -82,20 +92,16 @@ int64_t GatePlan::SeedOf(int trial) const {
   return SeedTree(static_cast<uint64_t>(seed)).TrialSeed(trial);
 }
 
-trial::Scenario GatePlan::ScenarioOf(const GateCondition& condition, int64_t trial_seed) const {
-  std::vector<std::string> all = condition.assignments;
-  all.insert(all.end(), assignments.begin(), assignments.end());
-  for (const std::string& assignment : all)
-    if (assignment.starts_with("seed="))
-      throw ConfigError("--set " + assignment +
-                        ": the gate gives each trial its seed; set the gate's own `seed`");
-  all.push_back("seed=" + std::to_string(trial_seed));
-  return trial::LoadScenario(condition.scenario_file, all, "", plugins);
+trial::Scenario ScenarioOf(const GateCondition& condition, int64_t trial_seed) {
+  trial::Scenario scenario = condition.resolved;
+  trial::Resolve({config::ParseAssignment(fmt::format("seed={}", trial_seed))}, &scenario);
+  return scenario;
 }
 
-GatePlan LoadGatePlan(const std::string& file, const trial::Plugins& plugins) {
+GatePlan LoadGatePlan(const std::string& file, const trial::Plugins& plugins,
+                      const std::vector<config::Assignment>& given) {
   GatePlan plan;
-  plan.plugins = plugins;
+  plan.assignments = config::TextsOf(given);
   config::Origins origins;
   const config::YamlNode node = config::LoadYaml(file);
   config::ReadFields(node, &plan, &origins, {"conditions"});
@@ -103,11 +109,10 @@ GatePlan LoadGatePlan(const std::string& file, const trial::Plugins& plugins) {
     if (!node.Find(key)) throw ConfigError(file + ": " + key + ": this key is required");
   const config::YamlNode list = *node.Find("conditions");
   if (!list.IsList()) list.Fail("must be a list of groups");
-  const fs::path folder = fs::path(file).parent_path();
   for (const config::YamlNode& element : list.Elements())
-    plan.conditions.push_back(ReadCondition(element, plan, folder, &origins));
+    plan.conditions.push_back(ReadCondition(element, plan, plugins, given, &origins));
   config::CheckSettings(plan, origins);
-  plan.baseline = (folder / plan.baseline).lexically_normal().string();
+  plan.baseline = (fs::path(file).parent_path() / plan.baseline).lexically_normal().string();
   return plan;
 }
 

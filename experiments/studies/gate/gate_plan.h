@@ -22,6 +22,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/config/yaml_node.h"
 #include "experiments/statistics/sequential_test.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial_record.h"
@@ -112,10 +113,11 @@ struct GateCondition : JudgeOptions {
   }
 
   // Read beside the fields.
-  std::vector<std::string> assignments;  // from `set`: "water.milk_ml_m3=20"
-  std::string settings;                  // these, for people
-  std::string scenario_file;             // where it was found
-  std::string digest;                    // of the scenario file's content and the assignments
+  std::vector<std::string> keys;  // of `set`
+  std::string settings;           // that, for people
+  std::string scenario_file;      // where it was found
+  std::string digest;             // of the scenario file's content and the settings
+  trial::Scenario resolved;       // with all that is set; its trials differ in the seed
 };
 
 struct GatePlan : JudgeOptions {
@@ -125,9 +127,8 @@ struct GatePlan : JudgeOptions {
   std::string baseline;
   AlphaCovers alpha_covers = AlphaCovers::kGate;
   std::vector<GateCondition> conditions;
-  // No keys: of the command line and the program.
-  std::vector<std::string> assignments;  // in every scenario, over the conditions' own
-  trial::Plugins plugins;                // what else the scenarios may choose
+  // No key: of the command line, in every scenario, over the conditions' own.
+  std::vector<std::string> assignments;
 
   static void Fields(auto& self, auto&& field) {
     field("schema_version", self.schema_version, InRange(kGateSchema, kGateSchema),
@@ -146,12 +147,13 @@ struct GatePlan : JudgeOptions {
   // How to judge it, with its tests' share of alpha.
   JudgeOptions OptionsFor(const GateCondition& condition) const;
   int64_t SeedOf(int trial) const;
-  // ConfigError for a scenario that cannot be loaded, or a seed among the assignments.
-  trial::Scenario ScenarioOf(const GateCondition& condition, int64_t trial_seed) const;
 };
 
-// Reads a gate's file. ConfigError for whatever is wrong in it, also for a scenario that cannot be
-// loaded.
-GatePlan LoadGatePlan(const std::string& file, const trial::Plugins& plugins = {});
+trial::Scenario ScenarioOf(const GateCondition& condition, int64_t trial_seed);
+
+// Reads a gate's file and its scenarios; nothing is read again later. `given`: of the command line.
+// ConfigError for whatever is wrong in it, also for a scenario that cannot be loaded.
+GatePlan LoadGatePlan(const std::string& file, const trial::Plugins& plugins = {},
+                      const std::vector<config::Assignment>& given = {});
 
 }  // namespace turbidock::gate

@@ -188,7 +188,7 @@ void LiveSession::Handle(const std::string& command) {
   } else if (verb == "restart") {
     trial::Scenario scenario = settings_;
     if (json.contains("seed"))
-      config::ApplySet("seed=" + ValueText(json["seed"]), &scenario, nullptr);
+      trial::Resolve({config::ParseAssignment("seed=" + ValueText(json["seed"]))}, &scenario);
     Restart(scenario);
   } else {
     Fail("\"do\" must be one of go, pause, step, speed, set, push, restart");

@@ -289,15 +289,17 @@ namespace {
 // All that an evaluation follows from, but for its values. A longer search goes on with a shorter
 // one.
 batch::StoreHeader HeaderOf(const CalibrationExperiment& experiment, uint32_t seed) {
-  std::map<std::string, trial::Scenario> start;
-  for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames)
-    start[std::string(name)] =
-        RecognitionScenario(marker, experiment.plan.Assignments(experiment.plan.Start()));
   std::string plan = config::SaveYaml(experiment.plan) + fmt::format("seed: {}\n", seed);
   for (const TableRow& row : experiment.rows) plan += "row: " + report::JsonLine(row) + "\n";
-  for (const auto& [name, scenario] : start) plan += name + ":\n" + trial::SaveScenario(scenario);
+  std::map<std::string, trial::ModelFile> files;
+  for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames) {
+    const trial::Scenario start =
+        RecognitionScenario(marker, experiment.plan.Assignments(experiment.plan.Start()));
+    plan += std::string(name) + ":\n" + trial::SaveScenario(start);
+    for (const trial::ModelFile& file : trial::ModelFilesOf(start)) files[file.file] = file;
+  }
   return {.kind = "calibrate",
-          .plan = plan + batch::ModelFilesText(start),
+          .plan = plan + batch::ModelFilesText(files),
           .build = system::BuildId(),
           .shard = {},
           .trials = 0,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "experiments/config/yaml_fields.h"
 #include "experiments/trial/trial_view.h"
 
 namespace turbidock::recognition {
@@ -84,7 +85,8 @@ SeedTree SeedsOf(const trial::Scenario& scenario, const RecognitionCell& cell) {
 
 light::Water WaterOf(const trial::FixedView& view, trial::Scenario scenario,
                      const RecognitionCell& cell) {
-  scenario.light.water.milk_ml_m3 = cell.milk_ml_m3;
+  trial::Resolve({config::ParseAssignment("water.milk_ml_m3=" + FormatNumber(cell.milk_ml_m3))},
+                 &scenario);
   return trial::WaterOf(view, scenario);
 }
 

@@ -5,6 +5,7 @@
 #include <complex>
 #include <numbers>
 
+#include "experiments/config/yaml_fields.h"
 #include "experiments/trial/trial.h"
 #include "experiments/trial/world.h"
 #include "sim/base/check.h"
@@ -23,23 +24,24 @@ constexpr int kMinPeriods = 4;      // ... and these periods, after as long to s
 
 // A trial that stands at the servoing pose for as long as it is left alone.
 trial::Scenario AtTheServoingPose(trial::Scenario scenario) {
-  control::ProcedureParams& p = scenario.procedure;
-  scenario.start = {.distance_min_m = p.servo_x_m,
-                    .distance_max_m = p.servo_x_m,
-                    .lateral_m = 0,
-                    .vertical_m = 0,
-                    .heading_rad = 0};
-  p.enter_hold_s = 600;  // longer than any of these trials
-  p.found_hold_s = 0.2;
-  scenario.true_pose.found_after_s = 0;
-  scenario.sea = {};
+  const std::string there = FormatNumber(scenario.procedure.servo_x_m);
+  trial::Resolve(
+      config::ParseAssignments({"start.distance_min_m=" + there, "start.distance_max_m=" + there,
+                                "start.lateral_m=0", "start.vertical_m=0", "start.heading_rad=0",
+                                "start.roll_rad=0", "start.pitch_rad=0", "start.position_m=[]",
+                                "start.quaternion_wxyz=[]", "start.velocity_mps=[]",
+                                "start.turn_rate_rad_s=[]",
+                                "procedure.enter_hold_s=600",  // longer than any of these trials
+                                "procedure.found_hold_s=0.2", "true_pose.found_after_s=0",
+                                "sea=" + config::TextOf(trial::Scenario(), "sea")}),
+      &scenario);
   return scenario;
 }
 
 // The frames of a trial with the excitation.
 std::vector<trial::FrameRecord> Run(trial::Scenario scenario, Axis axis, double duration_s,
                                     const std::function<trial::TrialExcitation(int64_t)>& excite) {
-  scenario.duration_s = duration_s;
+  trial::Resolve({config::ParseAssignment("duration_s=" + FormatNumber(duration_s))}, &scenario);
   trial::TrialOptions options;
   options.excite = excite;
   trial::TrialResult result = trial::RunTrial(scenario, options);

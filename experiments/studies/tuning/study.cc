@@ -111,8 +111,7 @@ void StudySettings::Check(const std::string& path) const {
 Study::Study(const config::YamlNode& study, const trial::Plugins& plugins)
     : file_(study.file),
       settings_(ReadSettings(study, plugins)),
-      trials_(PlanOf(study, settings_.description)),
-      plan_(trials_, {.plugins = plugins}) {
+      plan_(PlanOf(study, settings_.description), {.plugins = plugins}) {
   RequireNotVaried(*study.Find("trials"), settings_.gains);
   if (settings_.proof.held_out_seeds > batch::kMaxTrials / plan_.cells())
     throw ConfigError(fmt::format("{}: proof.held_out_seeds: more than {} trials in {} cells",
@@ -160,21 +159,22 @@ search::Candidate Study::CandidateOf(const Gains& gains) const {
 }
 
 batch::Plan Study::TrialsOf(uint64_t set, int seeds) const {
-  batch::PlanOverrides overrides{.seeds = seeds, .plugins = plan_.plugins()};
   const SeedTree root(static_cast<uint64_t>(plan_.settings().master_seed));
+  std::optional<int64_t> seed;
   if (set > 0)
-    overrides.master_seed =
-        static_cast<int64_t>(root.Stream("tuning.seeds." + std::to_string(set)).NextU64() >> 1);
-  return batch::Plan(trials_, overrides);
+    seed = static_cast<int64_t>(root.Stream("tuning.seeds." + std::to_string(set)).NextU64() >> 1);
+  return plan_.WithSeeds(seed, seeds);
 }
 
-trial::Scenario Study::ScenarioOf(const batch::Plan& plan, int64_t trial,
-                                  const Gains& gains) const {
+trial::Scenario Study::ScenarioOf(const batch::Plan& plan, int64_t trial, const Gains& gains,
+                                  bool cameras) const {
   trial::Scenario scenario = plan.ScenarioOf(plan.Trial(trial));
+  std::vector<std::string> given;
+  for (size_t i = 0; i < gains.size(); ++i)
+    given.push_back(settings_.gains[i].key + "=" + FormatNumber(gains[i]));
+  if (cameras) given.emplace_back("pose_source=cameras");
   try {
-    for (size_t i = 0; i < gains.size(); ++i)
-      config::ApplySet(settings_.gains[i].key + "=" + FormatNumber(gains[i]), &scenario, nullptr);
-    CheckFields(scenario, "");
+    trial::Resolve(config::ParseAssignments(given), &scenario);
   } catch (const ConfigError& error) {
     throw ConfigError(file_ + ": a range of the gains leads to", error.what());
   }

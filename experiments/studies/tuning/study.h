@@ -145,8 +145,10 @@ class Study {
 
   // Trials of the study with seeds of their own: `set` 0 is the study's, every other one is drawn.
   batch::Plan TrialsOf(uint64_t set, int seeds) const;
-  // A trial's scenario under these gains.
-  trial::Scenario ScenarioOf(const batch::Plan& plan, int64_t trial, const Gains& gains) const;
+  // A trial's scenario under these gains; through the cameras, whatever the study says, if
+  // `cameras`.
+  trial::Scenario ScenarioOf(const batch::Plan& plan, int64_t trial, const Gains& gains,
+                             bool cameras = false) const;
 
   // Cost of a trial, term by term, weighted.
   std::vector<double> CostsOf(const trial::TrialRecord& record) const;
@@ -158,7 +160,6 @@ class Study {
   std::string file_;
   StudySettings settings_;
   std::vector<trial::Metric> objective_;  // what its terms name
-  config::YamlNode trials_;
   batch::Plan plan_;
   Gains start_;
   std::string resolved_;

@@ -18,7 +18,7 @@ struct TuneArguments {
   std::string study;
   app::JobArguments jobs;
   app::ReportOutput output;
-  bool quiet = false;
+  bool quiet = false, anew = false;
 };
 
 int Tune(const TuneArguments& arguments) {
@@ -39,6 +39,7 @@ int Tune(const TuneArguments& arguments) {
   TuningOptions options;
   options.jobs = arguments.jobs.For(out + "/trials",
                                     [&](const std::string& text) { progress.Say("  " + text); });
+  options.anew = arguments.anew;
   options.stop_requested = app::CatchStopSignals();
   options.on_progress = [&](const std::string& what, double share) {
     progress.ShowOrSay(share, what, /*every_s=*/20);
@@ -85,6 +86,7 @@ void AddTune(app::CommandLine& line) {
              "study is gone on with")
       .Required();
   arguments.jobs.AddTo(&tune, "Processes that run trials");
+  tune.AddAnew(arguments.anew);
   tune.AddQuiet(arguments.quiet);
 }
 

@@ -70,11 +70,20 @@ batch::StoreHeader HeaderOf(const Study& study) {
   batch::StoreHeader header{.kind = "tune",
                             .plan = study.resolved(),
                             .build = system::BuildId(),
+                            .code = study.plan().plugins().Code(),
                             .shard = {},
                             .trials = 0,
                             .keys = {kPhaseKey}};
   for (const GainRange& gain : study.settings().gains) header.keys.push_back(gain.key);
   return header;
+}
+
+batch::ResultStore OpenStore(const Study& study, const std::string& file, bool anew) {
+  const batch::StoreHeader header = HeaderOf(study);
+  if (!anew) return batch::ResultStore::Write(file, header);
+  batch::ResultStore store = batch::ResultStore::Open(file, header);
+  if (!batch::Differences(store.header(), header).empty()) store.Become(header, {});
+  return store;
 }
 
 // The trials of a plan in the order in which they are run: cell by cell in turn, so that any
@@ -91,10 +100,11 @@ std::vector<int64_t> FairOrder(const batch::Plan& plan) {
 // must depend on nothing else.
 class Evaluations {
  public:
-  Evaluations(const Study& study, const std::string& file, const batch::RunOptions& options)
+  Evaluations(const Study& study, const std::string& file, bool anew,
+              const batch::RunOptions& options)
       : study_(study),
         file_(file),
-        store_(batch::ResultStore::Write(file, HeaderOf(study))),
+        store_(OpenStore(study, file, anew)),
         runner_(options, &store_) {}
 
   // Decides after some of the trials whether to go on; asked at racing's looks only.
@@ -164,10 +174,8 @@ class Evaluations {
       return of;
     };
     const auto scenario = [&](const batch::TrialSpec& of) {
-      trial::Scenario changed = study_.ScenarioOf(plan, order[static_cast<size_t>(of.sample)],
-                                                  running_of(of).evaluation.gains);
-      if (cameras) changed.pose_source = trial::PoseSource::kCameras;
-      return changed;
+      return study_.ScenarioOf(plan, order[static_cast<size_t>(of.sample)],
+                               running_of(of).evaluation.gains, cameras);
     };
     const bool ended =
         runner_.Run({.spec = spec, .scenario = scenario}, {.next = next, .add = add});
@@ -198,7 +206,7 @@ class Tuning {
       : study_(study),
         settings_(study.settings()),
         options_(options),
-        evaluations_(study, file,
+        evaluations_(study, file, options.anew,
                      {.jobs = options.jobs,
                       .time_limit_s = study.plan().settings().trial_time_limit_s,
                       .plugins = study.plan().plugins(),

@@ -66,6 +66,7 @@ struct TuningResult {
 
 struct TuningOptions {
   batch::JobOptions jobs = {};
+  bool anew = false;  // of a file with trials of another study, scenario or program
   // After every trial: what is done, in words, and its share of the search or of the proof.
   std::function<void(const std::string& what, double share)> on_progress = nullptr;
   // What was found so far: at the beginning, after each generation, and at the end while the file
