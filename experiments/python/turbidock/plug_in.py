@@ -9,6 +9,7 @@ from typing import Any, Iterable, Sequence, Union
 import numpy as np
 
 from . import _core
+from ._code import digest_of
 from .frames import Rig
 
 Value = Union[bool, int, float, str]
@@ -48,6 +49,11 @@ class _PlugIn:
                 if isinstance(value, Key):
                     rows[key] = (key, value.default, value.low, value.high, value.doc)
         return list(rows.values())
+
+    @classmethod
+    def _code(cls) -> str:
+        """A digest of its code, empty where it cannot be had."""
+        return digest_of(cls) or ""
 
 
 class Controller(_PlugIn):
@@ -116,9 +122,9 @@ def plugins_of(classes: Iterable[type]) -> _core.Plugins:
         if isinstance(cls, type) and issubclass(cls, Controller):
             plugins.add_controller(
                 cls.plugin_name(), cls, cls._keys(), cls.asks_for, cls.pose_filter, cls.setpoint,
-                cls.observe is not Controller.observe, cls.given is not Controller.given)
+                cls.observe is not Controller.observe, cls.given is not Controller.given, cls._code())
         elif isinstance(cls, type) and issubclass(cls, Estimator):
-            plugins.add_estimator(cls.plugin_name(), cls, cls._keys())
+            plugins.add_estimator(cls.plugin_name(), cls, cls._keys(), cls._code())
         else:
             raise TypeError(f"{cls!r} must be a class made from turbidock.Controller or "
                             "turbidock.Estimator")
