@@ -182,11 +182,12 @@ Json SceneModel(const vehicle::Scene& scene) {
 }
 
 Json SettingsModel(const trial::Scenario& scenario) {
-  const trial::Scenario before = trial::ScenarioBefore({.estimator = scenario.estimator.preset,
-                                                        .optics = scenario.optics,
-                                                        .navigation = scenario.navigation.preset,
-                                                        .vehicle_model = scenario.vehicle_model},
-                                                       scenario.plugins);
+  const trial::Scenario before =
+      trial::ScenarioBefore({.estimator = scenario.plugins.ParamsOf<vision::RmGaOptions>().preset,
+                             .optics = scenario.optics,
+                             .navigation = scenario.navigation.preset,
+                             .vehicle_model = scenario.vehicle_model},
+                            scenario.plugins);
   std::map<std::string, std::string> defaults;
   for (const auto& [key, value] : ValuesOf(before)) defaults[key] = value;
   Json list = Json::array();

@@ -115,7 +115,7 @@ void Translate(std::exception_ptr thrown) {
 // ------------------------------------------------------------------------------------ controllers
 
 // "forces" or "volts": the type of a controller's allocation. ConfigError for what is neither.
-using AnyAllocation = decltype(control::CustomController::allocation);
+using AnyAllocation = decltype(control::ControllerSpec::allocation);
 AnyAllocation AllocationFor(const std::string& asks_for) {
   if (asks_for == "forces") return control::ForceAllocationParams();
   if (asks_for == "volts") return control::VoltsAllocationParams();
@@ -258,7 +258,7 @@ void AddPlugins(py::module_* module) {
       .def_property_readonly("acceleration", [](const control::Reference& wanted) {
         return Copy(wanted.acceleration);
       });
-  py::class_<Plugins>(*module, "Plugins", "Controllers and estimators besides turbidock's own.")
+  py::class_<Plugins>(*module, "Plugins", "Controllers and estimators, turbidock's own and others.")
       .def(py::init<>())
       .def("add_controller",
            [](Plugins* plugins, const std::string& name, py::object make, const py::list& keys,
@@ -269,7 +269,7 @@ void AddPlugins(py::module_* module) {
              defaults.setpoint.enabled = setpoint;
              plugins->AddController(
                  name, defaults, [=, held = Hold(std::move(make))](const ControllerParams& params) {
-                   return control::CustomController{
+                   return control::ControllerSpec{
                        .make =
                            [=](const control::VehicleModel& vehicle, const ClockParams& clock) {
                              return std::make_unique<PythonController>(

@@ -12,13 +12,11 @@
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/output_path.h"
+#include "experiments/trial/recorded.h"
 #include "experiments/trial/scene_marker.h"
 #include "sim/base/digest.h"
 #include "sim/base/random.h"
 #include "sim/vehicle/model_contents.h"
-#include "vision/blob_estimator.h"
-#include "vision/fiducial_estimator.h"
-#include "vision/rm_ga.h"
 
 namespace turbidock::trial {
 namespace {
@@ -75,7 +73,7 @@ ScenarioPresets PresetsIn(const config::Layers& layers, const std::string& scena
   const Scenario defaults;
   const bool by_hand = config::Peek(layers, "approach.mode", defaults.approach.mode) ==
                        control::ApproachMode::kPilot;
-  return {.estimator = config::Peek(layers, "estimator.preset", defaults.estimator.preset),
+  return {.estimator = config::Peek(layers, "estimator.preset", vision::Preset::kDefault),
           .optics = config::Peek(layers, "optics", defaults.optics),
           .navigation = config::Peek(
               layers, "navigation.preset",
@@ -169,32 +167,9 @@ Twist StartParams::V_WB_B() const {
   return V_WB_B;
 }
 
-void Scenario::MoreFields(config::GroupRef* group) { plugins.AddTo(group); }
-
-std::string Scenario::controller_name() const {
-  return plugins.controller().empty() ? NameOf(control.controller) : plugins.controller();
-}
-
-std::string Scenario::estimator_name() const {
-  return plugins.estimator().empty() ? NameOf(pose_estimator) : plugins.estimator();
-}
-
-control::ControlParams Scenario::ControlInUse() const {
-  control::ControlParams params = control;
-  if (!plugins.controller().empty()) params.own = plugins.Spec();
-  return params;
-}
-
 std::unique_ptr<vision::PoseEstimator> Scenario::MakeEstimator(const std::string& name,
                                                                Rng rng) const {
-  const StereoRig stereo = rig.MakeRig();
-  if (name == NameOf(EstimatorKind::kRmGa))
-    return std::make_unique<vision::RmGa>(estimator, marker, hue, stereo, rng);
-  if (name == NameOf(EstimatorKind::kBlobs))
-    return std::make_unique<vision::BlobEstimator>(vision::BlobParams{}, marker, hue, stereo);
-  if (name == NameOf(EstimatorKind::kFiducial))
-    return std::make_unique<vision::FiducialEstimator>(fiducial, stereo);
-  return plugins.MakeEstimator(name, {marker, hue, stereo, rng});
+  return plugins.MakeEstimator(name, {marker, hue, rig.MakeRig(), rng});
 }
 
 // Where the vehicle is to stand before it docks there is nothing in its way; nearer there may be.
@@ -207,24 +182,18 @@ void Scenario::CheckApproach(const std::string& path) const {
             "must be beyond procedure.servo_x_m ({})",
             FormatNumber(approach.nearest_x_m), approach.closest_x_m(),
             FormatNumber(procedure.servo_x_m)));
-  const bool predicts =
-      !plugins.controller().empty() || control.controller == control::ControllerType::kLqg;
-  if (procedure.blind_max_s > 0 && !predicts)
-    throw ConfigError(JoinKey(path, "procedure.blind_max_s"),
-                      FormatNumber(procedure.blind_max_s) + " needs a controller that predicts: " +
-                          "lqg, not " + NameOf(control.controller));
-}
-
-void Scenario::CheckPlayback(const std::string& path) const {
-  if (plays_back() && control.playback.file.empty())
-    throw ConfigError(JoinKey(path, "playback.file"),
-                      "is empty: controller = playback needs the commands");
+  if (!(procedure.blind_max_s > 0) || plugins.Spec().predicts) return;
+  std::vector<std::string> able = plugins.controllers();
+  std::erase_if(able, [this](const auto& name) { return !plugins.Spec(name).predicts; });
+  throw ConfigError(
+      JoinKey(path, "procedure.blind_max_s"),
+      fmt::format("{} needs a controller that predicts: {}, not {}",
+                  FormatNumber(procedure.blind_max_s), fmt::join(able, ", "), controller_name()));
 }
 
 void Scenario::Check(const std::string& path) const {
   plugins.Check();
   CheckApproach(path);
-  CheckPlayback(path);
   vision::CheckHues(marker, hue);
   if (clock.frames_per_second % camera_period_frames != 0)
     throw ConfigError(JoinKey(path, "camera_period_frames"),
@@ -238,9 +207,10 @@ void Scenario::Check(const std::string& path) const {
   CheckBrightness(faults.lights, light.ball_lights, lights);
   for (size_t i = 0; i < faults.distractors.fish.size(); ++i)
     CheckShine(faults.distractors.fish[i].shines_as, balls, config::ElementPath(fish, i));
-  if (look_first && estimator_name() != NameOf(EstimatorKind::kRmGa))
+  if (const std::string search = plugins.estimators().front();
+      look_first && estimator_name() != search)
     throw ConfigError(JoinKey(path, "look_first"),
-                      "true needs pose_estimator = rm_ga, not " + estimator_name());
+                      "true needs pose_estimator = " + search + ", not " + estimator_name());
   if (pose_source == PoseSource::kTruePose && faults.seen())
     throw ConfigError(JoinKey(path, "faults"),
                       "with pose_source = true_pose only thrusters can fail: nothing is seen");
@@ -252,7 +222,7 @@ Scenario ScenarioBefore(const ScenarioPresets& presets, const Plugins& plugins) 
   const auto begin_with = [](const std::string& data, auto* object) {
     config::ReadFields(config::LoadYaml(data), object, nullptr);
   };
-  scenario.estimator = vision::RmGaOptions::Of(presets.estimator);
+  scenario.plugins.ParamsOf<vision::RmGaOptions>() = vision::RmGaOptions::Of(presets.estimator);
   scenario.navigation = vehicle::NavigationParams::Of(presets.navigation);
   const std::string data = VehicleDataFile(presets.vehicle_model);
   begin_with(data, &scenario.vehicle);
@@ -284,8 +254,7 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
                                    {"station_model", &scenario.station_model}})
     if (const auto origin = origins.find(key); origin != origins.end())
       *model = ResolvedModel(key, *model, file.file, origin->second);
-  for (const auto& [key, recorded] : {std::pair{"playback.file", &scenario.control.playback.file},
-                                      {"sea.current.series", &scenario.sea.current.series}})
+  for (const auto& [key, recorded, in_use] : RecordedFilesOf(&scenario))
     if (const auto origin = origins.find(key); origin != origins.end() && !recorded->empty())
       *recorded = ResolvedFile(key, *recorded, file.file, origin->second);
   // The bundled scenes have the default marker: there is no need to look.
@@ -293,12 +262,12 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
       !IsBundledModel(scenario.model) && std::ranges::none_of(origins, [](const auto& origin) {
         return origin.first.starts_with("marker.balls");
       });
-  const bool takes_tags =
-      scenario.pose_estimator == EstimatorKind::kFiducial && scenario.fiducial.tags.empty();
-  if (takes_balls || takes_tags) {
+  const SceneHooks hooks = scenario.plugins.scene_hooks();
+  const bool takes_more = hooks.lacks && hooks.lacks(scenario);
+  if (takes_balls || takes_more) {
     const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig);
     if (takes_balls) TakeBalls(scene, &scenario);
-    if (takes_tags) TakeTags(scene, &scenario);
+    if (takes_more) hooks.take(scene, &scenario);
     CheckFields(scenario, "");
   }
   return scenario;
@@ -354,9 +323,10 @@ std::vector<ModelFile> ModelFilesOf(const Scenario& scenario) {
   const std::string bundled = config::ModelPath("");
   for (const auto& [path, digest] : vehicle::ContentsOf(SceneFilesOf(scenario)))
     files.push_back({path.starts_with(bundled) ? path.substr(bundled.size()) : path, digest});
-  const std::string& commands = scenario.plays_back() ? scenario.control.playback.file : "";
-  for (const std::string& recorded : {commands, scenario.sea.current.series})
-    if (!recorded.empty()) files.push_back({recorded, DigestOf(system::ReadWhole(recorded))});
+  Scenario copy = scenario;
+  for (const auto& [key, recorded, in_use] : RecordedFilesOf(&copy))
+    if (in_use && !recorded->empty())
+      files.push_back({*recorded, DigestOf(system::ReadWhole(*recorded))});
   return files;
 }
 

@@ -109,9 +109,7 @@ bool IsAllowed(const trial::Scenario& settings, const std::string& key, double v
 
 report::Json ControlsModel(const trial::Scenario& settings) {
   const std::vector<std::string> off_on = {"false", "true"};
-  std::vector<std::string> controllers = NamesOf<control::ControllerType>();
-  for (const std::string& controller : settings.plugins.controllers())
-    controllers.push_back(controller);
+  const std::vector<std::string> controllers = settings.plugins.controllers();
   Controls controls{settings};
   controls.Slide("water", "water.milk_ml_m3", "milk", "ml/m³", 0, 120);
   for (const auto& [axis, label] : {std::pair{"[0]", "current along"}, {"[1]", "current across"}})
