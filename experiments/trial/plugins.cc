@@ -45,6 +45,13 @@ class CheckedController final : public control::Controller {
     if (!demand.allFinite()) throw PluginError(what + " gave a demand that is not finite");
     return demand;
   }
+  std::optional<control::Axes> Predict(int64_t frame) override {
+    const std::string what = At("Predict", frame);
+    const auto marker = Guarded(what, [&] { return controller_->Predict(frame); });
+    if (marker && !marker->allFinite())
+      throw PluginError(what + " gave a prediction that is not finite");
+    return marker;
+  }
   void OnCommandApplied(int64_t frame, const control::Axes& given) override {
     Guarded(At("OnCommandApplied", frame_), [&] { controller_->OnCommandApplied(frame, given); });
   }

@@ -312,6 +312,32 @@ TEST(Plugins, ALawThatFailsIsNamed) {
   EXPECT_THAT(error("nan"), HasSubstr("gave a demand that is not finite"));
 }
 
+// Though its marker is out of sight at the end, it docks as lqg does.
+TEST(Plugins, APredictionBridgesTheLastLeg) {
+  Plugins plugins = Ours();
+  plugins.AddController<Predicting>("predicting");
+  Scenario ours = LoadScenario("sea_night_active",
+                               {"pose_source=true_pose", "seed=1", "true_pose.nearest_m=0.45",
+                                "procedure.servo_x_m=0.75", "procedure.blind_max_s=8"},
+                               "", plugins);
+  Scenario theirs = ours;
+  config::ApplySet("controller=predicting", &theirs, nullptr);
+  auto& params = theirs.plugins.ParamsOf<Predicting::Params>();
+  static_cast<control::LqgParams&>(params) = ours.plugins.ParamsOf<control::LqgParams>();
+  const TrialResult result = RunTrial(theirs);
+  EXPECT_EQ(result.outcome, Outcome::kDocked) << result.reason;
+  EXPECT_EQ(result.digest, RunTrial(ours).digest);
+  params.wrong = true;
+  try {
+    RunTrial(theirs);
+    ADD_FAILURE() << "no error";
+  } catch (const PluginError& error) {
+    EXPECT_THAT(error.what(),
+                ::testing::MatchesRegex("controller predicting, Predict at frame "
+                                        "[0-9]+ gave a prediction that is not finite"));
+  }
+}
+
 TEST(Plugins, WithoutAPredictionThereIsNoLastLeg) {
   Plugins plugins = Ours();
   plugins.AddController<Predicting>("predicting");
