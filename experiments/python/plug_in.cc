@@ -178,6 +178,14 @@ class PythonController final : public control::Controller {
                        "demand() must give four numbers up to 1e6, surge, sway, heave, yaw");
     });
   }
+  std::optional<control::Axes> Predict(int64_t frame) override {
+    return Call([&]() -> std::optional<control::Axes> {
+      const py::object marker = self_->attr("predict")(frame);
+      if (marker.is_none()) return std::nullopt;
+      return NumbersOf(marker, control::kAxisCount,
+                       "predict() must give four numbers up to 1e6, x, y, z, heading, or None");
+    });
+  }
   void OnCommandApplied(int64_t frame, const control::Axes& given) override {
     if (hears_) Call([&] { self_->attr("given")(frame, Copy(given)); });
   }
@@ -263,7 +271,7 @@ void AddPlugins(py::module_* module) {
       .def("add_controller",
            [](Plugins* plugins, const std::string& name, py::object make, const py::list& keys,
               const std::string& asks_for, bool pose_filter, bool setpoint, bool observes,
-              bool hears) {
+              bool predicts, bool hears) {
              ControllerParams defaults{KeysOf(keys), {}, {}, AllocationFor(asks_for)};
              defaults.pose_filter.enabled = pose_filter;
              defaults.setpoint.enabled = setpoint;
@@ -275,6 +283,7 @@ void AddPlugins(py::module_* module) {
                              return std::make_unique<PythonController>(
                                  held, params, vehicle, clock.frame_s(), observes, hears);
                            },
+                       .predicts = predicts,
                        .pose_filter = params.pose_filter,
                        .setpoint = params.setpoint,
                        .allocation = params.allocation};
