@@ -56,7 +56,7 @@ struct ApproachParams {
   double hand_delay_s = 0.3;     // guess: reaction to what is seen
   double hand_step_share = 0.1;  // guess: as fine as a stick is moved
   NavigatorParams navigator;
-  PidParams pid = SlowController();
+  PidParams controller = SlowController();
 
   static void Fields(auto& self, auto&& field) {
     field("mode", self.mode, Range{},
@@ -87,7 +87,7 @@ struct ApproachParams {
     field("hand_step_share", self.hand_step_share, InRange(0.001, 1),
           "pilot: the smallest movement, as share of the vehicle's most force");
     field("navigator", self.navigator, Finite(), "from readings to a pose");
-    field("pid", self.pid, Finite(), "what steers by navigation; gains of accelerations");
+    field("pid", self.controller, Finite(), "what steers by navigation; gains of accelerations");
   }
   void Check(const std::string& path) const;
   double closest_x_m() const;  // of all rounds

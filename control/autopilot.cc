@@ -8,11 +8,6 @@
 namespace turbidock::control {
 namespace {
 
-bool AsksForForces(const ControlParams& params) {
-  if (params.own) return !std::holds_alternative<VoltsAllocationParams>(params.own->allocation);
-  return params.controller != ControllerType::kPVoltage;
-}
-
 // Heading is nearly the rotation about z of H: the vehicle hardly pitches and rolls.
 std::optional<Axes> VarianceOf(const PoseEstimate& estimate) {
   if (!estimate.covariance) return std::nullopt;
@@ -33,56 +28,13 @@ Observation SeenFrom(const Navigated& now, const Reference& wanted_MH, int64_t f
 
 }  // namespace
 
-PoseFilterParams ControlParams::pose_filter() const {
-  if (own) return own->pose_filter;
-  return controller == ControllerType::kPVoltage ? p_voltage.pose_filter
-         : controller == ControllerType::kPid    ? pid.pose_filter
-                                                 : PoseFilterParams{.enabled = false};
-}
-
-const SetpointParams& ControlParams::setpoint() const {
-  if (own) return own->setpoint;
-  return controller == ControllerType::kPVoltage ? p_voltage.setpoint
-         : controller == ControllerType::kPid    ? pid.setpoint
-                                                 : lqg.setpoint;
-}
-
-std::unique_ptr<Controller> MakeController(const ControlParams& params, const VehicleModel& vehicle,
-                                           const ClockParams& clock) {
-  if (params.own) return params.own->make(vehicle, clock);
-  switch (params.controller) {
-    case ControllerType::kPVoltage:
-      return std::make_unique<PVoltage>(params.p_voltage);
-    case ControllerType::kPid:
-      return std::make_unique<Pid>(params.pid, vehicle, clock);
-    case ControllerType::kLqg:
-      return std::make_unique<Lqg>(params.lqg, vehicle, clock);
-    case ControllerType::kPlayback:
-      return std::make_unique<OpenLoop>();
-  }
-  TD_CHECK(false, "unknown controller");
-}
-
-std::unique_ptr<Allocation> MakeAllocation(const ControlParams& params,
+std::unique_ptr<Allocation> MakeAllocation(const ControllerSpec& controller,
                                            const VehicleModel& vehicle) {
-  if (params.own) {
-    const auto* volts = std::get_if<VoltsAllocationParams>(&params.own->allocation);
-    if (volts) return std::make_unique<VoltsAllocation>(*volts, vehicle);
-    return std::make_unique<ForceAllocation>(
-        std::get<ForceAllocationParams>(params.own->allocation), vehicle);
-  }
-  switch (params.controller) {
-    case ControllerType::kPVoltage:
-      return std::make_unique<VoltsAllocation>(params.p_voltage.allocation, vehicle);
-    case ControllerType::kPid:
-      return std::make_unique<ForceAllocation>(params.pid.allocation, vehicle);
-    case ControllerType::kLqg:
-      return std::make_unique<ForceAllocation>(params.lqg.allocation, vehicle);
-    case ControllerType::kPlayback:
-      return std::make_unique<ForceAllocation>(ForceAllocationParams{}, vehicle,
-                                               /*may_lack_axes=*/true);
-  }
-  TD_CHECK(false, "unknown controller");
+  if (const auto* volts = std::get_if<VoltsAllocationParams>(&controller.allocation))
+    return std::make_unique<VoltsAllocation>(*volts, vehicle);
+  return std::make_unique<ForceAllocation>(std::get<ForceAllocationParams>(controller.allocation),
+                                           vehicle,
+                                           /*may_lack_axes=*/controller.commands != nullptr);
 }
 
 Autopilot::Autopilot(const ControlParams& params, const ProcedureParams& procedure,
@@ -92,30 +44,31 @@ Autopilot::Autopilot(const ControlParams& params, const ProcedureParams& procedu
       vehicle_(vehicle),
       procedure_(procedure, clock, approach),
       levelling_(params.levelling),
-      filter_(params.pose_filter(), clock),
-      setpoint_(params.setpoint(), clock),
-      controller_(MakeController(params, vehicle, clock)),
-      allocation_(MakeAllocation(params, vehicle)),
-      forces_(AsksForForces(params)) {
+      filter_(params.controller.pose_filter, clock),
+      setpoint_(params.controller.setpoint, clock),
+      controller_(params.controller.make(vehicle, clock)),
+      allocation_(MakeAllocation(params.controller, vehicle)),
+      forces_(!params.controller.asks_for_volts()) {
   if (!approach.on()) return;
   navigation_.emplace(
       NavigationLoop{.navigator = Navigator(approach.navigator, clock),
-                     .setpoint = Setpoint(approach.pid.setpoint, clock),
-                     .pid = Pid(approach.pid, vehicle, clock),
-                     .allocation = ForceAllocation(approach.pid.allocation, vehicle)});
+                     .setpoint = Setpoint(approach.controller.setpoint, clock),
+                     .controller = Pid(approach.controller, vehicle, clock),
+                     .allocation = ForceAllocation(approach.controller.allocation, vehicle)});
   if (approach.mode == ApproachMode::kPilot) navigation_->hand.emplace(approach, clock);
 }
 
 void Autopilot::SetControl(const ControlParams& params) {
-  std::unique_ptr<Controller> controller = MakeController(params, vehicle_, clock_);
-  std::unique_ptr<Allocation> allocation = MakeAllocation(params, vehicle_);
-  PoseFilter filter(params.pose_filter(), clock_);
-  setpoint_ = Setpoint(params.setpoint(), clock_);
+  const ControllerSpec& spec = params.controller;
+  std::unique_ptr<Controller> controller = spec.make(vehicle_, clock_);
+  std::unique_ptr<Allocation> allocation = MakeAllocation(spec, vehicle_);
+  PoseFilter filter(spec.pose_filter, clock_);
+  setpoint_ = Setpoint(spec.setpoint, clock_);
   levelling_ = params.levelling;
   filter_ = filter;
   controller_ = std::move(controller);
   allocation_ = std::move(allocation);
-  forces_ = AsksForForces(params);
+  forces_ = !spec.asks_for_volts();
   observed_ = false;
 }
 
@@ -192,15 +145,15 @@ ThrusterCommand Autopilot::SteerByNavigation(int64_t frame, const Excitation& ex
   const Navigated now = *loop.navigator.pose();
   setpoint_.Restart();
   reference_ = loop.setpoint.Lead(frame, ToAxes(Inverse(directive_->desired)), ToAxes(now.pose_MH));
-  loop.pid.Observe(SeenFrom(now, reference_, frame));
-  demand_ = loop.pid.Demand({});
+  loop.controller.Observe(SeenFrom(now, reference_, frame));
+  demand_ = loop.controller.Demand({});
   const Axes authority = loop.allocation.authority(),
              added = authority.cwiseProduct(excitation.share);
   const Axes moved = loop.hand ? loop.hand->Move(frame, demand_, authority) : demand_;
   const Allocated allocated = loop.allocation.Share(moved + added, level);
   const Axes given = allocated.given - added;
   // A pilot knows what the sticks are moved by and does not wind up over it.
-  loop.pid.OnCommandApplied(frame, loop.hand ? demand_ : given);
+  loop.controller.OnCommandApplied(frame, loop.hand ? demand_ : given);
   controller_->OnCommandApplied(frame, forces_ ? given : Axes(Axes::Zero()));
   return allocated.command;
 }

@@ -2,20 +2,14 @@
 // The vehicle's own control: estimates in, thruster commands out. The same code runs on a real
 // vehicle.
 
-#include <functional>
 #include <memory>
 #include <optional>
-#include <variant>
 
 #include "control/approach.h"
-#include "control/controller.h"
+#include "control/controller_spec.h"
 #include "control/docking_procedure.h"
 #include "control/levelling.h"
-#include "control/lqg.h"
 #include "control/navigator.h"
-#include "control/p_voltage.h"
-#include "control/pid.h"
-#include "control/playback.h"
 #include "control/pose_filter.h"
 #include "control/setpoint.h"
 #include "control/thrust_allocation.h"
@@ -27,48 +21,15 @@
 
 namespace turbidock::control {
 
-enum class ControllerType {
-  kPVoltage,  // the published controller
-  kPid,
-  kLqg,
-  kPlayback,  // none: commands from a file
-};
-constexpr auto Names(ControllerType) {
-  using enum ControllerType;
-  return EnumList<ControllerType>(
-      {{kPVoltage, "p_voltage"}, {kPid, "pid"}, {kLqg, "lqg"}, {kPlayback, "playback"}});
-}
-
-// A controller that is none of these, and what the autopilot does around it; the allocation says
-// whether it asks for forces or for the published vehicle's volts.
-struct CustomController {
-  std::function<std::unique_ptr<Controller>(const VehicleModel& vehicle, const ClockParams& clock)>
-      make;
-  PoseFilterParams pose_filter{.enabled = false};
-  SetpointParams setpoint;
-  std::variant<ForceAllocationParams, VoltsAllocationParams> allocation{};
-};
-
-// Which controller, and the parameters of each; the others' are kept but not used.
+// The controller, and what is done without one.
 struct ControlParams {
-  ControllerType controller = ControllerType::kPVoltage;
-  PVoltageParams p_voltage;
-  PidParams pid;
-  LqgParams lqg;
-  PlaybackParams playback;  // whoever steps the vehicle plays it: see trial/recorded.h
-  LevellingParams levelling;
-  std::optional<CustomController> own;  // instead of `controller`
-
-  // Pose filter and setpoint of the chosen controller; lqg has a filter of its own.
-  PoseFilterParams pose_filter() const;
-  const SetpointParams& setpoint() const;
+  ControllerSpec controller;
+  LevellingParams levelling{};
 };
 
-// The controller, and what shares its demand out to the vehicle's thrusters. ConfigError for a
-// controller that this vehicle cannot follow.
-std::unique_ptr<Controller> MakeController(const ControlParams& params, const VehicleModel& vehicle,
-                                           const ClockParams& clock);
-std::unique_ptr<Allocation> MakeAllocation(const ControlParams& params,
+// What shares the controller's demand out to the vehicle's thrusters. ConfigError for a vehicle
+// whose thrusters cannot follow it.
+std::unique_ptr<Allocation> MakeAllocation(const ControllerSpec& controller,
                                            const VehicleModel& vehicle);
 
 // What a test of the loop adds to it at a frame.
@@ -111,7 +72,7 @@ class Autopilot {
   struct NavigationLoop {
     Navigator navigator;
     Setpoint setpoint;  // of the camera head in the marker's frame
-    Pid pid;
+    Pid controller;
     ForceAllocation allocation;
     std::optional<Hand> hand = {};
   };

@@ -127,6 +127,7 @@ struct LqgParams {
 // the last seconds.
 class Lqg final : public Controller {
  public:
+  using Params = LqgParams;
   Lqg(const LqgParams& params, const VehicleModel& vehicle,
       const ClockParams& clock);  // checked: ConfigError
 

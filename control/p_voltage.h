@@ -58,6 +58,7 @@ struct PVoltageParams {
 // vehicle with little drag this controller is nearly undamped.
 class PVoltage final : public Controller {
  public:
+  using Params = PVoltageParams;
   explicit PVoltage(const PVoltageParams& params);  // checked: ConfigError
 
   void Observe(const Observation& seen) override;

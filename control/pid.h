@@ -96,6 +96,7 @@ struct PidParams {
 // integral stands still.
 class Pid final : public Controller {
  public:
+  using Params = PidParams;
   Pid(const PidParams& params, const VehicleModel& vehicle,
       const ClockParams& clock);  // checked: ConfigError
 

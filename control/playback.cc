@@ -6,6 +6,11 @@
 
 namespace turbidock::control {
 
+void PlaybackParams::CheckInUse(const std::string& path) const {
+  if (file.empty())
+    throw ConfigError(JoinKey(path, "file"), "is empty: controller = playback needs the commands");
+}
+
 Playback::Playback(std::vector<Row> rows, size_t thrusters)
     : rows_(std::move(rows)), off_(ThrusterCommand::Neutral(thrusters)) {
   TD_CHECK(!rows_.empty(), "a command to play");

@@ -15,8 +15,6 @@ struct PlaybackParams {
   InputFile file;
   double begin_s = 0;
 
-  bool operator==(const PlaybackParams&) const = default;
-
   static void Fields(auto& self, auto&& field) {
     field("file", self.file, Finite(),
           "CSV of commands over time_s: THRUSTER_v (0 to 5), THRUSTER_pwm_us (1100 to 1900) or "
@@ -24,6 +22,8 @@ struct PlaybackParams {
           "yaw_newton_m; a trial's trajectory.csv is one");
     field("begin_s", self.begin_s, Finite(), "its time at which the trial begins");
   }
+  // ConfigError without a file.
+  void CheckInUse(const std::string& path) const;
 };
 
 // Commands over time. Each holds until the next, the last as long as the one before it; before the

@@ -51,18 +51,24 @@ struct TagParams {
 struct FiducialParams {
   TagFamily family = TagFamily::k16h5;
   std::vector<TagParams> tags = {};
+  bool tags_from_scene = true;
   double blur_px = 0.8;
   double max_error_px = 1.5;
 
   static void Fields(auto& self, auto&& field) {
     field("family", self.family, Range{},
           "the tags' family, of AprilTag or of OpenCV's ArUco dictionaries");
-    field("tags", self.tags, Range{}, "the marker's tags; none: those of the scene (sites tag_*)");
+    field("tags", self.tags, Range{}, "the marker's tags");
+    field("tags_from_scene", self.tags_from_scene, Range{},
+          "whether they are those of the scene (sites tag_*); giving tags says no");
     field("blur_px", self.blur_px, InRange(0, 5),
           "standard deviation of the blur before tags are looked for; steadies noisy images");
     field("max_error_px", self.max_error_px, InRange(0.05, 50),
           "root mean square of a tag's corners about where its pose has them, beyond which it is "
           "not used");
+  }
+  void Given(const std::string& key) {
+    if (key.starts_with("tags") && key != "tags_from_scene") tags_from_scene = tags.empty();
   }
   // ConfigError for two tags of one number, or one that the family does not have.
   void Check(const std::string& path) const;

@@ -73,7 +73,10 @@ std::string CodeDifference(const std::string& before, const std::string& now) {
   for (std::string line; std::getline(lines, line);) {
     const std::string name = line.substr(0, line.rfind(' ') + 1);
     if (now.find(name) != std::string::npos && now.find(line + "\n") == std::string::npos)
-      return "the code of " + name + "has changed";
+      return "the code of " + name +
+             (line.find(trial::kUnknownCode) == std::string::npos
+                  ? "has changed"
+                  : "cannot be told, and may have changed");
   }
   return before == now ? "" : "the plug-ins differ: " + FirstDifference(before, now);
 }

@@ -1,7 +1,10 @@
 // Controllers and estimators written in Python, as plug-ins of a scenario.
 
+#include <fmt/format.h>
+
 #include <exception>
 #include <optional>
+#include <random>
 #include <tuple>
 #include <utility>
 #include <variant>
@@ -115,7 +118,7 @@ void Translate(std::exception_ptr thrown) {
 // ------------------------------------------------------------------------------------ controllers
 
 // "forces" or "volts": the type of a controller's allocation. ConfigError for what is neither.
-using AnyAllocation = decltype(control::CustomController::allocation);
+using AnyAllocation = decltype(control::ControllerSpec::allocation);
 AnyAllocation AllocationFor(const std::string& asks_for) {
   if (asks_for == "forces") return control::ForceAllocationParams();
   if (asks_for == "volts") return control::VoltsAllocationParams();
@@ -178,6 +181,14 @@ class PythonController final : public control::Controller {
                        "demand() must give four numbers up to 1e6, surge, sway, heave, yaw");
     });
   }
+  std::optional<control::Axes> Predict(int64_t frame) override {
+    return Call([&]() -> std::optional<control::Axes> {
+      const py::object marker = self_->attr("predict")(frame);
+      if (marker.is_none()) return std::nullopt;
+      return NumbersOf(marker, control::kAxisCount,
+                       "predict() must give four numbers up to 1e6, x, y, z, heading, or None");
+    });
+  }
   void OnCommandApplied(int64_t frame, const control::Axes& given) override {
     if (hears_) Call([&] { self_->attr("given")(frame, Copy(given)); });
   }
@@ -231,6 +242,13 @@ class PythonEstimator final : public vision::PoseEstimator {
   PoseEstimate estimate_;
 };
 
+// Code that cannot be told is nobody else's: what it flew is not gone on with by another call.
+std::string CodeOr(const std::string& code) {
+  std::random_device random;
+  return code.empty() ? fmt::format("{}{:08x}{:08x}", trial::kUnknownCode, random(), random())
+                      : code;
+}
+
 }  // namespace
 
 void AddPlugins(py::module_* module) {
@@ -258,35 +276,39 @@ void AddPlugins(py::module_* module) {
       .def_property_readonly("acceleration", [](const control::Reference& wanted) {
         return Copy(wanted.acceleration);
       });
-  py::class_<Plugins>(*module, "Plugins", "Controllers and estimators besides turbidock's own.")
+  py::class_<Plugins>(*module, "Plugins", "Controllers and estimators, turbidock's own and others.")
       .def(py::init<>())
       .def("add_controller",
            [](Plugins* plugins, const std::string& name, py::object make, const py::list& keys,
               const std::string& asks_for, bool pose_filter, bool setpoint, bool observes,
-              bool hears) {
+              bool predicts, bool hears, const std::string& code) {
              ControllerParams defaults{KeysOf(keys), {}, {}, AllocationFor(asks_for)};
              defaults.pose_filter.enabled = pose_filter;
              defaults.setpoint.enabled = setpoint;
              plugins->AddController(
                  name, defaults, [=, held = Hold(std::move(make))](const ControllerParams& params) {
-                   return control::CustomController{
+                   return control::ControllerSpec{
                        .make =
                            [=](const control::VehicleModel& vehicle, const ClockParams& clock) {
                              return std::make_unique<PythonController>(
                                  held, params, vehicle, clock.frame_s(), observes, hears);
                            },
+                       .predicts = predicts,
                        .pose_filter = params.pose_filter,
                        .setpoint = params.setpoint,
                        .allocation = params.allocation};
                  });
+             plugins->SetCode(name, CodeOr(code));
            })
       .def("add_estimator",
-           [](Plugins* plugins, const std::string& name, py::object make, const py::list& keys) {
+           [](Plugins* plugins, const std::string& name, py::object make, const py::list& keys,
+              const std::string& code) {
              plugins->AddEstimator(name, KeysOf(keys),
                                    [held = Hold(std::move(make))](
                                        const Keys& params, const trial::EstimatorSetup& setup) {
                                      return std::make_unique<PythonEstimator>(held, params, setup);
                                    });
+             plugins->SetCode(name, CodeOr(code));
            });
 }
 

@@ -9,11 +9,11 @@ namespace turbidock::system {
 std::string VersionAndCommit();
 
 // Two programs with the same id give the same digests on the same machine type: version and commit,
-// and for a build of files that are in no commit the digest of the executable.
+// and for a build of files that are in no commit a digest of it.
 std::string BuildId();
 
-// Of the content of this program's file.
-std::string ProgramDigest();
+// Of the content of the program or library that has this address in memory.
+std::string ModuleDigest(const void* address);
 
 // Version, commit (with "-dirty" behind it for files that are in no commit), compiler and build
 // type, a line each.

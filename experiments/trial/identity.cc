@@ -26,7 +26,8 @@ std::string IdentityOf(const Scenario& scenario, const std::string& program,
       file->path = known->second;
   });
   Digest digest;
-  for (const std::string& part : {SaveScenario(anywhere), program, renderer}) digest.Add(part);
+  for (const std::string& part :
+       {SaveScenario(anywhere), program, scenario.plugins.CodeInUse(), renderer}) digest.Add(part);
   return digest.Hex();
 }
 

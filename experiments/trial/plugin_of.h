@@ -17,11 +17,10 @@
 //   plugins.AddController<MyController>("my_controller");
 //   // controller: my_controller, my_controller.gain_newton_per_m: 40
 //
-// If Params has members `pose_filter`, `setpoint` or `allocation` of the types that our controllers
-// have (control/pid.h), the autopilot uses them; without, there is no filter and no lead. A
-// controller asks for forces, unless its allocation is a VoltsAllocationParams, as the published
-// controller's. It may do without the VehicleModel. An estimator is made from (Params,
-// EstimatorSetup).
+// What the autopilot does around it is read off the class: control/controller_spec.h. Without
+// members of Params that say otherwise there is no filter and no lead, and it asks for forces. A
+// Params may have `void CheckInUse(const std::string& path) const`: ConfigError for what would only
+// be wrong if this one were chosen. An estimator is made from (Params, EstimatorSetup).
 
 #include <concepts>
 #include <memory>
@@ -30,31 +29,44 @@
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/trial/plugins.h"
-#include "sim/base/clock.h"
 #include "sim/base/fields.h"
 
 namespace turbidock::trial {
 
 template <class Params, class Made, class... Args>
-void Plugins::Insert(Kind<Plugin<Made, Args...>>* kind, const std::string& name,
-                     const Params& defaults,
-                     const std::function<Made(const Params&, Args...)>& make) {
+Plugins::Plugin<Made, Args...>* Plugins::Insert(
+    Kind<Plugin<Made, Args...>>* kind, const std::string& name, const std::string& group,
+    const std::string& doc, const Params& defaults,
+    const std::function<Made(const Params&, Args...)>& make) {
+  static const char kHere = 0;
   RequireNewName(name);
-  const auto in = [](const std::any& params) -> const Params& {
-    return *std::any_cast<Params>(&params);
-  };
-  kind->all.push_back(
-      {name, defaults, defaults,
-       [=](const std::any& params, Args... args) { return make(in(params), args...); },
-       [](std::any* params) { return config::GroupOf(std::any_cast<Params>(params)); },
-       [=](const std::any& params, const std::string& path) { CheckFields(in(params), path); }});
+  if (kind->all.empty()) kind->chosen = name;
+  return &kind->all.emplace_back(Plugin<Made, Args...>{
+      .name = name,
+      .group = group,
+      .doc = doc,
+      .built_in = built_in_,
+      .registered_by = &kHere,
+      .params = defaults,
+      .defaults = defaults,
+      .make = [make](const std::any& params,
+                     Args... args) { return make(std::any_cast<const Params&>(params), args...); },
+      .keys = [](std::any* params) { return config::GroupOf(std::any_cast<Params>(params)); },
+      .check =
+          [](const std::any& any, const std::string& path, [[maybe_unused]] bool in_use) {
+            const auto& params = std::any_cast<const Params&>(any);
+            CheckFields(params, path);
+            if constexpr (requires { params.CheckInUse(path); })
+              if (in_use) params.CheckInUse(path);
+          }});
 }
 
 template <class Params>
 void Plugins::AddController(
     const std::string& name, const Params& defaults,
-    std::type_identity_t<std::function<control::CustomController(const Params&)>> make) {
-  Insert(&controllers_, name, defaults, make);
+    std::type_identity_t<std::function<control::ControllerSpec(const Params&)>> make,
+    const std::string& doc) {
+  Insert(&controllers_, name, name, doc, defaults, make);
 }
 
 template <class Params>
@@ -62,37 +74,18 @@ void Plugins::AddEstimator(
     const std::string& name, const Params& defaults,
     std::type_identity_t<
         std::function<std::unique_ptr<vision::PoseEstimator>(const Params&, const EstimatorSetup&)>>
-        make) {
-  Insert(&estimators_, name, defaults, make);
+        make,
+    const EstimatorTraits& traits) {
+  Insert(&estimators_, name, traits.group.value_or(name), traits.doc, defaults, make)->scene =
+      traits.scene;
 }
 
-template <class ControllerType>
-void Plugins::AddController(const std::string& name) {
-  using Params = typename ControllerType::Params;
-  constexpr bool kTakesVehicle =
-      std::constructible_from<ControllerType, const Params&, const control::VehicleModel&,
-                              const ClockParams&>;
-  static_assert(std::derived_from<ControllerType, control::Controller> && HasFields<Params> &&
-                    (kTakesVehicle ||
-                     std::constructible_from<ControllerType, const Params&, const ClockParams&>),
-                "a control::Controller with Params, made from (Params, VehicleModel, ClockParams)");
-  AddController(name, Params(), [](const Params& params) {
-    control::CustomController controller;
-    controller.make = [params]([[maybe_unused]] const control::VehicleModel& vehicle,
-                               const ClockParams& clock) {
-      if constexpr (kTakesVehicle)
-        return std::make_unique<ControllerType>(params, vehicle, clock);
-      else
-        return std::make_unique<ControllerType>(params, clock);
-    };
-    if constexpr (requires { controller.pose_filter = params.pose_filter; })
-      controller.pose_filter = params.pose_filter;
-    if constexpr (requires { controller.setpoint = params.setpoint; })
-      controller.setpoint = params.setpoint;
-    if constexpr (requires { controller.allocation = params.allocation; })
-      controller.allocation = params.allocation;
-    return controller;
-  });
+template <class Controller>
+void Plugins::AddController(const std::string& name, const std::string& doc) {
+  using Params = typename Controller::Params;
+  static_assert(std::derived_from<Controller, control::Controller> && HasFields<Params>,
+                "a control::Controller with Params");
+  AddController<Params>(name, {}, &control::SpecOf<Controller>, doc);
 }
 
 template <class Estimator>
@@ -101,7 +94,7 @@ void Plugins::AddEstimator(const std::string& name) {
   static_assert(std::derived_from<Estimator, vision::PoseEstimator> && HasFields<Params> &&
                     std::constructible_from<Estimator, const Params&, const EstimatorSetup&>,
                 "a vision::PoseEstimator with Params, made from (Params, EstimatorSetup)");
-  AddEstimator(name, Params(), [](const Params& params, const EstimatorSetup& setup) {
+  AddEstimator<Params>(name, {}, [](const Params& params, const EstimatorSetup& setup) {
     return std::make_unique<Estimator>(params, setup);
   });
 }

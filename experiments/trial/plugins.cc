@@ -7,18 +7,22 @@
 #include <utility>
 
 #include "experiments/config/yaml_fields.h"
+#include "experiments/system/build_info.h"
+#include "experiments/trial/scenario.h"
 
 namespace turbidock::trial {
 namespace {
 
-// Does what a plug-in is asked to, and names it where that fails.
+// Does what a plug-in is asked to, and names it where that fails. One that `may_refuse` does so by
+// a ConfigError.
 template <class Do>
-auto Guarded(const std::string& what, const Do& act) {
+auto Guarded(const std::string& what, const Do& act, bool may_refuse = false) {
   try {
     return act();
   } catch (const PluginError&) {
     throw;
   } catch (const std::exception& error) {
+    if (may_refuse && dynamic_cast<const ConfigError*>(&error)) throw;
     throw PluginError(what + ": " + error.what());
   } catch (...) {
     throw PluginError(what + " threw what is no std::exception");
@@ -34,21 +38,28 @@ class CheckedController final : public control::Controller {
 
   void Observe(const control::Observation& seen) override {
     frame_ = seen.frame;
-    Guarded(At("Observe"), [&] { controller_->Observe(seen); });
+    Guarded(At("Observe", frame_), [&] { controller_->Observe(seen); });
   }
   control::Axes Demand(const control::Reference& wanted) override {
-    const control::Axes demand = Guarded(At("Demand"), [&] { return controller_->Demand(wanted); });
-    if (!demand.allFinite())
-      throw PluginError(fmt::format("{} gave a demand that is not finite", At("Demand")));
+    const std::string what = At("Demand", frame_);
+    const control::Axes demand = Guarded(what, [&] { return controller_->Demand(wanted); });
+    if (!demand.allFinite()) throw PluginError(what + " gave a demand that is not finite");
     return demand;
   }
+  std::optional<control::Axes> Predict(int64_t frame) override {
+    const std::string what = At("Predict", frame);
+    const auto marker = Guarded(what, [&] { return controller_->Predict(frame); });
+    if (marker && !marker->allFinite())
+      throw PluginError(what + " gave a prediction that is not finite");
+    return marker;
+  }
   void OnCommandApplied(int64_t frame, const control::Axes& given) override {
-    Guarded(At("OnCommandApplied"), [&] { controller_->OnCommandApplied(frame, given); });
+    Guarded(At("OnCommandApplied", frame_), [&] { controller_->OnCommandApplied(frame, given); });
   }
 
  private:
-  std::string At(const char* function) const {
-    return fmt::format("{}, {} at frame {}", what_, function, frame_);
+  std::string At(const char* function, int64_t frame) const {
+    return fmt::format("{}, {} at frame {}", what_, function, frame);
   }
 
   std::string what_;
@@ -95,42 +106,56 @@ class CheckedEstimator final : public vision::PoseEstimator {
   PoseEstimate estimate_;
 };
 
-// Our choice, or one of `names`, whose choice is kept in `chosen`.
-config::EnumRef Joined(const config::EnumRef& ours, const std::vector<std::string>& names,
-                       std::string* chosen) {
-  config::EnumRef both;
-  both.names = ours.names;
-  both.names.insert(both.names.end(), names.begin(), names.end());
-  const size_t own = ours.names.size();
-  both.get = [=] {
-    const auto found = std::ranges::find(names, *chosen);
-    return found == names.end() ? ours.get() : own + static_cast<size_t>(found - names.begin());
-  };
-  both.set = [=](size_t i) {
-    *chosen = i < own ? "" : names[i - own];
-    if (i < own) ours.set(i);
-  };
-  return both;
+// One of `names`, kept in `chosen`.
+config::EnumRef ChoiceOf(const std::vector<std::string>& names, std::string* chosen) {
+  return {names,
+          [=] { return static_cast<size_t>(std::ranges::find(names, *chosen) - names.begin()); },
+          [=](size_t i) { *chosen = names[i]; }};
 }
 
 }  // namespace
 
-template <class P>
-auto Plugins::Kind<P>::Make(const std::string& name, const auto&... args) const {
-  const auto found = std::ranges::find(all, name, &P::name);
-  TD_CHECK(found != all.end(), "a plug-in of this name");
-  return found->make(found->params, args...);
+const std::any& Plugins::Find(const std::type_info& params) const {
+  for (const auto& each : controllers_.all)
+    if (each.params.type() == params) return each.params;
+  for (const auto& each : estimators_.all)
+    if (each.params.type() == params) return each.params;
+  TD_CHECK(false, "parameters of a controller or an estimator");
 }
 
 Plugins Plugins::WithDefaults() const {
   Plugins fresh = *this;
   const auto reset = [](auto* kind) {
     for (auto& plugin : kind->all) plugin.params = plugin.defaults;
-    kind->chosen.clear();
+    kind->chosen = kind->all.front().name;
   };
   reset(&fresh.controllers_);
   reset(&fresh.estimators_);
   return fresh;
+}
+
+template <class Made, class... Args>
+std::string Plugins::Plugin<Made, Args...>::CodeLine() const {
+  if (built_in) return "";
+  return name + " " + (code.empty() ? system::ModuleDigest(registered_by) : code) + "\n";
+}
+
+std::string Plugins::Code() const {
+  std::string lines;
+  for (const auto& plugin : controllers_.all) lines += plugin.CodeLine();
+  for (const auto& plugin : estimators_.all) lines += plugin.CodeLine();
+  return lines;
+}
+
+std::string Plugins::CodeInUse() const {
+  return controllers_.Named(controller()).CodeLine() + estimators_.Named(estimator()).CodeLine();
+}
+
+void Plugins::SetCode(const std::string& name, const std::string& code) {
+  for (auto& plugin : controllers_.all)
+    if (plugin.name == name) plugin.code = code;
+  for (auto& plugin : estimators_.all)
+    if (plugin.name == name) plugin.code = code;
 }
 
 void Plugins::RequireNewName(const std::string& name) const {
@@ -141,46 +166,61 @@ void Plugins::RequireNewName(const std::string& name) const {
   for (const auto& taken : {controllers(), estimators()})
     if (std::ranges::find(taken, name) != taken.end())
       throw ConfigError("plug-in '" + name + "'", "there is one of this name already");
+  if (built_in_) return;
+  Scenario any;
+  const std::vector<config::Field> keys = config::GroupOf(&any).fields;
+  if (std::ranges::find(keys, name, &config::Field::key) != keys.end())
+    throw ConfigError("plug-in '" + name + "'", "a scenario has this key already");
 }
 
-control::CustomController Plugins::Spec() const {
-  const std::string& name = controller();
-  control::CustomController controller = controllers_.Make(name);
-  controller.make = [make = controller.make, name](const control::VehicleModel& vehicle,
-                                                   const ClockParams& clock) {
+control::ControllerSpec Plugins::Spec(const std::string& name) const {
+  const auto& plugin = controllers_.Named(name);
+  control::ControllerSpec spec = plugin.make(plugin.params);
+  if (plugin.built_in) return spec;
+  spec.make = [make = spec.make, name](const control::VehicleModel& vehicle,
+                                       const ClockParams& clock) {
     return std::make_unique<CheckedController>(
-        name, Guarded("controller " + name + ", when made", [&] { return make(vehicle, clock); }));
+        name, Guarded(
+                  "controller " + name + ", when made", [&] { return make(vehicle, clock); },
+                  /*may_refuse=*/true));
   };
-  return controller;
+  return spec;
 }
 
 std::unique_ptr<vision::PoseEstimator> Plugins::MakeEstimator(const std::string& name,
                                                               const EstimatorSetup& setup) const {
-  return std::make_unique<CheckedEstimator>(name, Guarded("estimator " + name + ", when made", [&] {
-                                              return estimators_.Make(name, setup);
-                                            }));
+  const auto& plugin = estimators_.Named(name);
+  if (plugin.built_in) return plugin.make(plugin.params, setup);
+  return std::make_unique<CheckedEstimator>(
+      name,
+      Guarded(
+          "estimator " + name + ", when made", [&] { return plugin.make(plugin.params, setup); },
+          /*may_refuse=*/true));
 }
 
 void Plugins::AddTo(config::GroupRef* scenario) {
-  const auto add = [&](const std::string& choice, auto* kind, const std::string& what) {
-    if (kind->all.empty()) return;
-    const auto ours = std::ranges::find(scenario->fields, choice, &config::Field::key);
-    ours->value = Joined(std::get<config::EnumRef>(ours->value), kind->Names(), &kind->chosen);
-    for (auto& plugin : kind->all) {
-      if (std::ranges::find(scenario->fields, plugin.name, &config::Field::key) !=
-          scenario->fields.end())
-        throw ConfigError("plug-in '" + plugin.name + "'", "a scenario has this key already");
-      scenario->fields.push_back({plugin.name, Finite(), "a " + what + " of this program's own",
-                                  plugin.group(&plugin.params)});
-    }
+  const auto add = [scenario](const char* choice, std::string doc, auto* kind) {
+    for (const auto& plugin : kind->all)
+      if (!plugin.group.empty() && plugin.group != plugin.name)
+        doc += fmt::format("; the keys of {} are those of {}", plugin.name, plugin.group);
+    scenario->fields.push_back({choice, Finite(), doc, ChoiceOf(kind->Names(), &kind->chosen)});
+    for (auto& plugin : kind->all)
+      if (!plugin.group.empty())
+        scenario->fields.push_back(
+            {plugin.group, Finite(), plugin.doc, plugin.keys(&plugin.params)});
   };
-  add("controller", &controllers_, "controller");
-  add("pose_estimator", &estimators_, "pose estimator");
+  add("pose_estimator", "what finds the marker in the images", &estimators_);
+  add("controller", "the controller", &controllers_);
 }
 
 void Plugins::Check() const {
-  for (const auto& plugin : controllers_.all) plugin.check(plugin.params, plugin.name);
-  for (const auto& plugin : estimators_.all) plugin.check(plugin.params, plugin.name);
+  const auto check = [](const auto& kind) {
+    for (const auto& plugin : kind.all)
+      plugin.check(plugin.params, plugin.group.empty() ? plugin.name : plugin.group,
+                   plugin.name == kind.chosen);
+  };
+  check(estimators_);
+  check(controllers_);
 }
 
 }  // namespace turbidock::trial

@@ -1,26 +1,37 @@
 #pragma once
-// Controllers and pose estimators that are not part of turbidock: written in a program of one's
-// own (plugin_of.h), chosen by `controller` and `pose_estimator`, with a group of keys under the
-// plug-in's name. They are a value: the controllers and estimators there are, which of them are
-// chosen, and their parameters, copied with the scenario that they belong to.
+// The controllers and pose estimators that a scenario may choose by `controller` and
+// `pose_estimator`, each with a group of keys: turbidock's own (built_in.cc) and those of a program
+// of one's own (plugin_of.h), registered alike. They are a value: which there are, which of them
+// are chosen, and their parameters, copied with the scenario that they belong to.
 
+#include <algorithm>
 #include <any>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <typeinfo>
+#include <utility>
 #include <vector>
 
-#include "control/autopilot.h"
+#include "control/controller_spec.h"
 #include "experiments/config/group_ref.h"
 #include "sim/base/camera.h"
+#include "sim/base/check.h"
 #include "sim/base/random.h"
 #include "vision/hue_labels.h"
 #include "vision/marker_model.h"
 #include "vision/pose_estimator.h"
 
+namespace turbidock::vehicle {
+struct Scene;
+}
+
 namespace turbidock::trial {
+
+struct Scenario;
 
 // What an estimator is made from, besides its own parameters.
 struct EstimatorSetup {
@@ -36,12 +47,33 @@ struct PluginError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// Begins the code of a plug-in whose code cannot be told.
+inline constexpr const char* kUnknownCode = "unknown-";
+
+// For an estimator with parameters that say what is in the scene: whether they are to be taken from
+// there, what does so, and what throws ConfigError where the scene is not as they say.
+struct SceneHooks {
+  bool (*takes)(const Scenario&) = nullptr;
+  void (*take)(const vehicle::Scene&, Scenario*) = nullptr;
+  void (*check)(const Scenario&, const vehicle::Scene&) = nullptr;
+};
+// What else may be said of an estimator.
+struct EstimatorTraits {
+  std::string doc = "a pose estimator of this program's own";
+  // Of its keys, where it is not called after the estimator; empty: a scenario has none of them.
+  std::optional<std::string> group = std::nullopt;
+  SceneHooks scene{};
+};
+
 class Plugins {
  public:
+  Plugins();  // turbidock's own; the first of them are chosen
+
   // A class of one's own, see plugin_of.h. `name` is its group of keys in a scenario: small
   // letters, digits and underscores. ConfigError for a name that is taken or is none.
-  template <class ControllerType>
-  void AddController(const std::string& name);
+  template <class Controller>
+  void AddController(const std::string& name,
+                     const std::string& doc = "a controller of this program's own");
   template <class Estimator>
   void AddEstimator(const std::string& name);
 
@@ -49,37 +81,57 @@ class Plugins {
   template <class Params>
   void AddController(
       const std::string& name, const Params& defaults,
-      std::type_identity_t<std::function<control::CustomController(const Params&)>> make);
+      std::type_identity_t<std::function<control::ControllerSpec(const Params&)>> make,
+      const std::string& doc = "a controller of this program's own");
   template <class Params>
   void AddEstimator(const std::string& name, const Params& defaults,
                     std::type_identity_t<std::function<std::unique_ptr<vision::PoseEstimator>(
                         const Params&, const EstimatorSetup&)>>
-                        make);
+                        make,
+                    const EstimatorTraits& traits = {});
 
-  // The same ones with their defaults, and none of them chosen.
+  // The same ones with their defaults, and the first of them chosen.
   Plugins WithDefaults() const;
 
-  // A line of kind, name and a digest of its code for each.
-  std::string Code() const { return ""; }
+  // A line of name and code for each that is not turbidock's own, or for the chosen ones: what a
+  // trial's result follows from besides the scenario and the program. The code is a digest of the
+  // program or library that registered it, or what SetCode says.
+  std::string Code() const;
+  std::string CodeInUse() const;
+  void SetCode(const std::string& name, const std::string& code);
 
   // Names in the order in which they were added.
   std::vector<std::string> controllers() const { return controllers_.Names(); }
   std::vector<std::string> estimators() const { return estimators_.Names(); }
 
-  // The chosen ones' names; empty: one of ours is chosen.
+  // The chosen ones' names.
   const std::string& controller() const { return controllers_.chosen; }
   const std::string& estimator() const { return estimators_.chosen; }
 
-  // The chosen controller. Whatever it throws, and a demand that is not finite, becomes a
-  // PluginError.
-  control::CustomController Spec() const;
+  // The parameters of this type, which the first one that has such is made from.
+  template <class Params>
+  const Params& ParamsOf() const {
+    return std::any_cast<const Params&>(Find(typeid(Params)));
+  }
+  template <class Params>
+  Params& ParamsOf() {
+    return const_cast<Params&>(std::as_const(*this).ParamsOf<Params>());
+  }
+
+  // The chosen controller, or that of a name. Whatever a program's own throws, and a demand or a
+  // prediction that is not finite, becomes a PluginError; a ConfigError when it is made goes on.
+  control::ControllerSpec Spec() const { return Spec(controller()); }
+  control::ControllerSpec Spec(const std::string& name) const;
   // An estimator of that name; likewise, for estimates that no estimator may give: a pose that is
   // not finite, a rotation that is none, a fitness outside [-1, 1].
   std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
                                                        const EstimatorSetup& setup) const;
 
-  // Makes them choices of `controller` and `pose_estimator` in a scenario's group of keys, and adds
-  // their own groups.
+  const std::string& estimator_group() const { return estimators_.Named(estimator()).group; }
+  // The chosen estimator's.
+  const SceneHooks& scene_hooks() const { return estimators_.Named(estimator()).scene; }
+
+  // Adds `controller`, `pose_estimator` and the group of each to a scenario's keys.
   void AddTo(config::GroupRef* scenario);
   void Check() const;  // ConfigError
 
@@ -87,11 +139,17 @@ class Plugins {
   // Parameters of any type, what is made of them as they are now, and what is done with them.
   template <class Made, class... Args>
   struct Plugin {
-    std::string name;
+    std::string name, group, doc;
+    bool built_in;
+    const void* registered_by;  // an address in the program or library that did
     std::any params, defaults;
     std::function<Made(const std::any&, Args...)> make;
-    std::function<config::GroupRef(std::any*)> group;  // of its keys; refers into the parameters
-    std::function<void(const std::any&, const std::string& path)> check;
+    std::function<config::GroupRef(std::any*)> keys;  // refers into the parameters
+    std::function<void(const std::any&, const std::string& path, bool in_use)> check;
+    SceneHooks scene{};
+    std::string code{};
+
+    std::string CodeLine() const;
   };
   template <class P>
   struct Kind {
@@ -103,14 +161,22 @@ class Plugins {
       for (const P& each : all) names.push_back(each.name);
       return names;
     }
-    auto Make(const std::string& name, const auto&... args) const;
+    const P& Named(const std::string& name) const {
+      const auto found = std::ranges::find(all, name, &P::name);
+      TD_CHECK(found != all.end(), "one of this name");
+      return *found;
+    }
   };
   template <class Params, class Made, class... Args>
-  void Insert(Kind<Plugin<Made, Args...>>* kind, const std::string& name, const Params& defaults,
-              const std::function<Made(const Params&, Args...)>& make);
+  Plugin<Made, Args...>* Insert(Kind<Plugin<Made, Args...>>* kind, const std::string& name,
+                                const std::string& group, const std::string& doc,
+                                const Params& defaults,
+                                const std::function<Made(const Params&, Args...)>& make);
   void RequireNewName(const std::string& name) const;
+  const std::any& Find(const std::type_info& params) const;
 
-  Kind<Plugin<control::CustomController>> controllers_;
+  bool built_in_ = true;  // what is added now
+  Kind<Plugin<control::ControllerSpec>> controllers_;
   Kind<Plugin<std::unique_ptr<vision::PoseEstimator>, const EstimatorSetup&>> estimators_;
 };
 

@@ -195,20 +195,29 @@ std::vector<Playback::Row> CommandsIn(const NumberTable& table, const std::strin
   return rows;
 }
 
-Playback PlaybackOf(const Scenario& scenario, const VehicleModel& vehicle) {
-  const control::PlaybackParams& params = scenario.control.playback;
+Playback PlaybackOf(const control::PlaybackParams& params, const VehicleModel& vehicle,
+                    double duration_s) {
   std::vector<Playback::Row> rows =
       CommandsIn(config::ReadNumberTable(params.file), params.file, vehicle);
   RequireNoGaps(rows, params.file);
   const double from_s = rows.front().time_s, to_s = rows.back().time_s;
   for (Playback::Row& row : rows) row.time_s -= params.begin_s;
-  if (rows.front().time_s > scenario.duration_s || rows.back().time_s < 0)
+  if (rows.front().time_s > duration_s || rows.back().time_s < 0)
     throw ConfigError("playback.begin_s",
                       fmt::format("{} leaves no command for the trial's {} s: those of {} are from "
                                   "{} to {} s",
-                                  FormatNumber(params.begin_s), FormatNumber(scenario.duration_s),
+                                  FormatNumber(params.begin_s), FormatNumber(duration_s),
                                   params.file.path, FormatNumber(from_s), FormatNumber(to_s)));
   return {std::move(rows), vehicle.thrusters.size()};
+}
+
+control::ControllerSpec PlaybackSpec(const control::PlaybackParams& params) {
+  return {.make = [](const auto&...) { return std::make_unique<control::OpenLoop>(); },
+          .commands = [params](const VehicleModel& vehicle,
+                               double duration_s) -> control::CommandsOverTime {
+            return [commands = PlaybackOf(params, vehicle, duration_s)](
+                       double time_s) -> const ThrusterCommand& { return commands.At(time_s); };
+          }};
 }
 
 vehicle::CurrentSeries CurrentOf(const vehicle::SeaParams& sea) {

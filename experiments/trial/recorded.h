@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "control/controller_spec.h"
 #include "control/playback.h"
 #include "control/vehicle_model.h"
 #include "experiments/config/number_table.h"
@@ -20,9 +21,12 @@ std::vector<control::Playback::Row> CommandsIn(const config::NumberTable& table,
                                                const std::string& where,
                                                const control::VehicleModel& vehicle);
 
-// Those of playback.file, in the trial's time. ConfigError also for a gap in them, and where none
-// falls into the trial.
-control::Playback PlaybackOf(const Scenario& scenario, const control::VehicleModel& vehicle);
+// Those of a file, in the trial's time. ConfigError also for a gap in them, and where none falls
+// into the trial.
+control::Playback PlaybackOf(const control::PlaybackParams& params,
+                             const control::VehicleModel& vehicle, double duration_s);
+// The controller that they take the place of.
+control::ControllerSpec PlaybackSpec(const control::PlaybackParams& params);
 
 // The current of sea.current.series; nothing without one.
 vehicle::CurrentSeries CurrentOf(const vehicle::SeaParams& sea);

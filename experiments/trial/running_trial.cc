@@ -10,7 +10,6 @@
 #include "experiments/report/json.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
-#include "experiments/trial/recorded.h"
 #include "experiments/trial/series.h"
 #include "vision/normalised_error.h"
 
@@ -21,8 +20,7 @@ namespace {
 enum class Part { kOptics, kSea, kControl };
 constexpr std::pair<const char*, Part> kParts[] = {
     {"water", Part::kOptics}, {"lamps", Part::kOptics},       {"ball_lights", Part::kOptics},
-    {"sea", Part::kSea},      {"controller", Part::kControl}, {"p_voltage", Part::kControl},
-    {"pid", Part::kControl},  {"lqg", Part::kControl},        {"levelling", Part::kControl}};
+    {"sea", Part::kSea},      {"controller", Part::kControl}, {"levelling", Part::kControl}};
 
 std::string KeyIn(const std::string& assignment) {
   return assignment.substr(0, assignment.find('='));
@@ -36,8 +34,11 @@ Part PartOf(const std::string& key, const Plugins& plugins) {
     if (group == name) return part;
     names.emplace_back(name);
   }
-  for (const std::string& name : plugins.controllers())
+  for (const std::string& name : plugins.controllers()) {
+    if (plugins.Spec(name).commands) continue;  // they are read when the trial begins
     if (group == name) return Part::kControl;
+    names.push_back(name);
+  }
   throw ConfigError(
       key, fmt::format("cannot change while the trial runs; {} can", fmt::join(names, ", ")));
 }
@@ -63,8 +64,8 @@ RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
       command_(ThrusterCommand::Neutral(world_.scene().thrusters.size())) {
   recorder_.SetThrusters(vehicle::NamesOf(world_.scene().thrusters));
   if (scenario_.start.placed()) recorder_.SetStart(world_.true_X_HM().Inverse());
-  if (scenario_.plays_back())
-    playback_.emplace(PlaybackOf(scenario_, ModelOf(scenario_.known_vehicle, world_.scene())));
+  if (const auto commands = scenario_.plugins.Spec().commands)
+    commands_ = commands(ModelOf(scenario_.known_vehicle, world_.scene()), scenario_.duration_s);
   if (options_.on_remark)
     for (const std::string& remark : {ChangedModels(scenario_), world_.remark()})
       if (!remark.empty()) options_.on_remark(remark);
@@ -108,7 +109,7 @@ void RunningTrial::Step() {
     command_ = autopilot_.Update(perception_.estimate(), excitation.control, attitude_, reading);
     Lap(options_.timer, LoopStage::kControl);
   }
-  if (playback_) command_ = playback_->At(world_.plant().time_s());
+  if (commands_) command_ = commands_(world_.plant().time_s());
   Wrench outside_F_B = excitation.F_B_B;
   if (!push_f_W_.isZero(0)) outside_F_B.f += world_.plant().truth().X_WB.q.conjugate() * push_f_W_;
   world_.ApplyWrench(outside_F_B);
@@ -155,7 +156,7 @@ std::optional<std::string> RunningTrial::Advance(vehicle::ContactReport* contact
     };
   return world_.AdvanceBy(
       [this](double time_s) -> const ThrusterCommand& {
-        return playback_ ? playback_->At(time_s) : command_;
+        return commands_ ? commands_(time_s) : command_;
       },
       contacts, observe);
 }

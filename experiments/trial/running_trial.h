@@ -6,7 +6,7 @@
 #include <string>
 
 #include "control/autopilot.h"
-#include "control/playback.h"
+#include "control/controller_spec.h"
 #include "experiments/trial/ending.h"
 #include "experiments/trial/perception.h"
 #include "experiments/trial/recorder.h"
@@ -68,7 +68,7 @@ class RunningTrial {
   TrialRecorder recorder_;
   World world_;
   Perception perception_;
-  std::optional<control::Playback> playback_;  // in the autopilot's place
+  control::CommandsOverTime commands_;  // in the autopilot's place
   control::Autopilot autopilot_;
   EndingRules rules_;
   ThrusterCommand command_;

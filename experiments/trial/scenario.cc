@@ -12,13 +12,11 @@
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/output_path.h"
+#include "experiments/trial/recorded.h"
 #include "experiments/trial/scene_marker.h"
 #include "sim/base/digest.h"
 #include "sim/base/random.h"
 #include "sim/vehicle/model_contents.h"
-#include "vision/blob_estimator.h"
-#include "vision/fiducial_estimator.h"
-#include "vision/rm_ga.h"
 
 namespace turbidock::trial {
 namespace {
@@ -29,8 +27,8 @@ namespace fs = std::filesystem;
 constexpr std::array kRequired = {"schema_version", "seed", "duration_s", "model"};
 
 // Beginnings of the keys that decide what is known of the marker.
-constexpr std::array kDecidesMarker = {"model",  "vehicle_model",  "station_model", "ball_lights",
-                                       "marker", "pose_estimator", "fiducial"};
+constexpr std::array kDecidesMarker = {"model",       "vehicle_model", "station_model",
+                                       "ball_lights", "marker",        "pose_estimator"};
 
 bool IsFile(const fs::path& path) {
   std::error_code ignored;
@@ -117,15 +115,15 @@ Scenario Beginning(const Plugins& plugins) {
 // default one: there is no need to look.
 void TakeMarker(Scenario* scenario) {
   const bool takes_balls = scenario->marker_from_scene && !IsBundledModel(scenario->model);
-  const bool takes_tags =
-      scenario->pose_estimator == EstimatorKind::kFiducial && scenario->fiducial.tags.empty();
-  if (!takes_balls && !takes_tags) return;
+  const SceneHooks hooks = scenario->plugins.scene_hooks();
+  const bool takes_more = hooks.takes && hooks.takes(*scenario);
+  if (!takes_balls && !takes_more) return;
   const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(*scenario), scenario->rig);
   if (takes_balls) {
     scenario->marker.balls = DefaultMarker().balls;
     TakeBalls(scene, scenario);
   }
-  if (takes_tags) TakeTags(scene, scenario);
+  if (takes_more) hooks.take(scene, scenario);
   CheckFields(*scenario, "");
 }
 
@@ -180,8 +178,6 @@ Twist StartParams::V_WB_B() const {
   return V_WB_B;
 }
 
-void Scenario::MoreFields(config::GroupRef* group) { plugins.AddTo(group); }
-
 void Scenario::Given(const std::string& key) {
   if (key == "vehicle_model") {
     vehicle = {};
@@ -207,30 +203,9 @@ void Scenario::Given(const std::string& key) {
   }
 }
 
-std::string Scenario::controller_name() const {
-  return plugins.controller().empty() ? NameOf(control.controller) : plugins.controller();
-}
-
-std::string Scenario::estimator_name() const {
-  return plugins.estimator().empty() ? NameOf(pose_estimator) : plugins.estimator();
-}
-
-control::ControlParams Scenario::ControlInUse() const {
-  control::ControlParams params = control;
-  if (!plugins.controller().empty()) params.own = plugins.Spec();
-  return params;
-}
-
 std::unique_ptr<vision::PoseEstimator> Scenario::MakeEstimator(const std::string& name,
                                                                Rng rng) const {
-  const StereoRig stereo = rig.MakeRig();
-  if (name == NameOf(EstimatorKind::kRmGa))
-    return std::make_unique<vision::RmGa>(estimator, marker, hue, stereo, rng);
-  if (name == NameOf(EstimatorKind::kBlobs))
-    return std::make_unique<vision::BlobEstimator>(vision::BlobParams{}, marker, hue, stereo);
-  if (name == NameOf(EstimatorKind::kFiducial))
-    return std::make_unique<vision::FiducialEstimator>(fiducial, stereo);
-  return plugins.MakeEstimator(name, {marker, hue, stereo, rng});
+  return plugins.MakeEstimator(name, {marker, hue, rig.MakeRig(), rng});
 }
 
 // Where the vehicle is to stand before it docks there is nothing in its way; nearer there may be.
@@ -243,24 +218,18 @@ void Scenario::CheckApproach(const std::string& path) const {
             "must be beyond procedure.servo_x_m ({})",
             FormatNumber(approach.nearest_x_m), approach.closest_x_m(),
             FormatNumber(procedure.servo_x_m)));
-  const bool predicts =
-      !plugins.controller().empty() || control.controller == control::ControllerType::kLqg;
-  if (procedure.blind_max_s > 0 && !predicts)
-    throw ConfigError(JoinKey(path, "procedure.blind_max_s"),
-                      FormatNumber(procedure.blind_max_s) + " needs a controller that predicts: " +
-                          "lqg, not " + NameOf(control.controller));
-}
-
-void Scenario::CheckPlayback(const std::string& path) const {
-  if (plays_back() && control.playback.file.empty())
-    throw ConfigError(JoinKey(path, "playback.file"),
-                      "is empty: controller = playback needs the commands");
+  if (!(procedure.blind_max_s > 0) || plugins.Spec().predicts) return;
+  std::vector<std::string> able = plugins.controllers();
+  std::erase_if(able, [this](const auto& name) { return !plugins.Spec(name).predicts; });
+  throw ConfigError(
+      JoinKey(path, "procedure.blind_max_s"),
+      fmt::format("{} needs a controller that predicts: {}, not {}",
+                  FormatNumber(procedure.blind_max_s), fmt::join(able, ", "), controller_name()));
 }
 
 void Scenario::Check(const std::string& path) const {
   plugins.Check();
   CheckApproach(path);
-  CheckPlayback(path);
   vision::CheckHues(marker, hue);
   if (clock.frames_per_second % camera_period_frames != 0)
     throw ConfigError(JoinKey(path, "camera_period_frames"),
@@ -274,9 +243,10 @@ void Scenario::Check(const std::string& path) const {
   CheckBrightness(faults.lights, light.ball_lights, lights);
   for (size_t i = 0; i < faults.distractors.fish.size(); ++i)
     CheckShine(faults.distractors.fish[i].shines_as, balls, config::ElementPath(fish, i));
-  if (look_first && estimator_name() != NameOf(EstimatorKind::kRmGa))
+  if (const std::string search = plugins.estimators().front();
+      look_first && estimator_name() != search)
     throw ConfigError(JoinKey(path, "look_first"),
-                      "true needs pose_estimator = rm_ga, not " + estimator_name());
+                      "true needs pose_estimator = " + search + ", not " + estimator_name());
   if (pose_source == PoseSource::kTruePose && faults.seen())
     throw ConfigError(JoinKey(path, "faults"),
                       "with pose_source = true_pose only thrusters can fail: nothing is seen");
@@ -294,9 +264,11 @@ Scenario PresetsOf(const Scenario& scenario) {
 void Resolve(const std::vector<config::Assignment>& given, Scenario* scenario) {
   Scenario next = *scenario;
   const config::Origins origins = config::ReadLayers(given, &next, &next.given);
-  if (std::ranges::any_of(origins, [](const auto& origin) {
+  std::vector<std::string> deciding(kDecidesMarker.begin(), kDecidesMarker.end());
+  deciding.push_back(next.plugins.estimator_group() + ".");
+  if (std::ranges::any_of(origins, [&deciding](const auto& origin) {
         return std::ranges::any_of(
-            kDecidesMarker, [&origin](const char* key) { return origin.first.starts_with(key); });
+            deciding, [&origin](const auto& key) { return origin.first.starts_with(key); });
       }))
     TakeMarker(&next);
   *scenario = std::move(next);

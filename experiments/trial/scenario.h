@@ -14,6 +14,7 @@
 #include "control/autopilot.h"
 #include "control/docking_procedure.h"
 #include "experiments/config/given_keys.h"
+#include "control/levelling.h"
 #include "experiments/config/group_ref.h"
 #include "experiments/trial/faults.h"
 #include "experiments/trial/plugins.h"
@@ -31,7 +32,6 @@
 #include "sim/vehicle/sea.h"
 #include "sim/vehicle/vehicle_params.h"
 #include "sim/view/gl_context.h"
-#include "vision/fiducial_marker.h"
 #include "vision/hue_labels.h"
 #include "vision/marker_model.h"
 #include "vision/rm_ga_options.h"
@@ -84,17 +84,6 @@ enum class OpticsPreset {
 constexpr auto Names(OpticsPreset) {
   using enum OpticsPreset;
   return EnumList<OpticsPreset>({{kPublished, "published"}, {kModernDigital, "modern_digital"}});
-}
-
-// What finds the marker in the images, unless a plug-in does.
-enum class EstimatorKind {
-  kRmGa,      // its keys are those of `estimator`
-  kBlobs,     // the classical way, to compare with: vision/blob_estimator.h
-  kFiducial,  // reads AprilTags, to compare with; its keys are those of `fiducial`
-};
-constexpr auto Names(EstimatorKind) {
-  using enum EstimatorKind;
-  return EnumList<EstimatorKind>({{kRmGa, "rm_ga"}, {kBlobs, "blobs"}, {kFiducial, "fiducial"}});
 }
 
 enum class PoseSource {
@@ -188,13 +177,10 @@ struct Scenario {
   camera::LensParams lens;
   vision::MarkerParams marker;
   vision::HueParams hue;
-  EstimatorKind pose_estimator = EstimatorKind::kRmGa;
-  vision::RmGaOptions estimator;
-  vision::FiducialParams fiducial;
   PoseSource pose_source = PoseSource::kCameras;
   TruePoseParams true_pose;
   control::ProcedureParams procedure;
-  control::ControlParams control;  // keys controller, p_voltage, pid, lqg
+  control::LevellingParams levelling;
   control::ApproachParams approach;
   vehicle::AttitudeSensorParams attitude_sensor;
   vehicle::NavigationParams navigation;
@@ -202,7 +188,7 @@ struct Scenario {
   vehicle::VehicleData known_vehicle;  // as the controller knows it
   JamParams jam;
   Faults faults;
-  Plugins plugins;          // also choices of `controller` and `pose_estimator`, with a group each
+  Plugins plugins;  // keys controller, pose_estimator and a group of each one's
   config::GivenKeys given;  // no keys of its own
 
   static void Fields(auto& self, auto&& field) {
@@ -230,7 +216,7 @@ struct Scenario {
     field("region_of_interest", self.region_of_interest, Finite(),
           "whether only the pixels are made that the estimator can read; the result is the same");
     field("look_first", self.look_first, Finite(),
-          "whether, while rm_ga looks for the marker, it is spared the images in which the marker "
+          "whether, while the search looks for the marker, it is spared the images in which it "
           "cannot be seen (F at its true pose below 0.22), and they are not made; not with faults "
           "that cameras see");
     field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
@@ -259,23 +245,13 @@ struct Scenario {
     field("lens", self.lens, Finite(), "radial distortion that the estimator does not know of");
     field("marker", self.marker, Finite(), "the marker as the estimator knows it");
     field("hue", self.hue, Finite(), "which pixels agree with a ball");
-    field("pose_estimator", self.pose_estimator, Finite(),
-          "what finds the marker in the images; the keys of rm_ga are those of estimator");
-    field("estimator", self.estimator, Finite(), "the pose search");
-    field("fiducial", self.fiducial, Finite(),
-          "the estimator that reads fiducial tags, and the tags as it knows them");
     field(
         "pose_source", self.pose_source, Finite(),
         "what the autopilot sees: the cameras through the estimator, or the true pose with noise");
     field("true_pose", self.true_pose, Finite(), "the noise on the true pose");
     field("procedure", self.procedure, Finite(), "the steps of docking");
     field("approach", self.approach, Finite(), "how it gets to where the marker is found");
-    field("controller", self.control.controller, Finite(), "the controller");
-    field("p_voltage", self.control.p_voltage, Finite(), "the published proportional controller");
-    field("pid", self.control.pid, Finite(), "proportional, integral and derivative control");
-    field("lqg", self.control.lqg, Finite(), "linear-quadratic control with a Kalman filter");
-    field("playback", self.control.playback, Finite(), "commands from a file, open loop");
-    field("levelling", self.control.levelling, Finite(), "roll and pitch, of a vehicle that can");
+    field("levelling", self.levelling, Finite(), "roll and pitch, of a vehicle that can");
     field("attitude_sensor", self.attitude_sensor, Finite(), "what says which way is down");
     field("navigation", self.navigation, Finite(), "what says where it is, for an approach");
     field("vehicle", self.vehicle, Finite(), "mass, water forces, thrusters and contact");
@@ -284,23 +260,20 @@ struct Scenario {
     field("jam", self.jam, Finite(), "when the pole counts as jammed in the dock");
     field("faults", self.faults, Finite(), "what goes wrong, and when");
   }
-  void MoreFields(config::GroupRef* group);  // those of the plug-ins
+  void MoreFields(config::GroupRef* group) { plugins.AddTo(group); }
   // Keys that stand for others set them where they are given; what is given later counts.
   static constexpr std::array kPresets = {"vehicle_model", "optics", "approach.mode"};
   void Given(const std::string& key);
   void Check(const std::string& path) const;
   void CheckApproach(const std::string& path) const;
-  void CheckPlayback(const std::string& path) const;
 
   // The chosen controller and estimator.
-  std::string controller_name() const;
-  std::string estimator_name() const;
-  control::ControlParams ControlInUse() const;
+  const std::string& controller_name() const { return plugins.controller(); }
+  const std::string& estimator_name() const { return plugins.estimator(); }
+  control::ControlParams ControlInUse() const { return {plugins.Spec(), levelling}; }
   // Whether its commands come from a file.
-  bool plays_back() const {
-    return plugins.controller().empty() && control.controller == control::ControllerType::kPlayback;
-  }
-  // An estimator by its name, a plug-in's or one of ours, with the scenario's parameters.
+  bool plays_back() const { return plugins.Spec().commands != nullptr; }
+  // An estimator by its name, with the scenario's parameters.
   std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name, Rng rng) const;
 
   // What is between the scene and the images.
@@ -325,8 +298,8 @@ void Resolve(const std::vector<config::Assignment>& given, Scenario* scenario);
 // ("water.milk_ml_m3=20"). `name` is a file or a bundled scenario's name. ConfigError for whatever
 // is wrong in them. A gains file holds any keys of a scenario but commonly those of the controller.
 // `plugins` are what else `controller` and `pose_estimator` may name; they stay with the scenario.
-// The marker's balls, where nothing gives them, are those of the scene; so are the tags of the
-// estimator that reads them.
+// The marker's balls, where nothing gives them, are those of the scene; so is what else
+// the chosen estimator knows of it.
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,
                       const std::string& gains_file = "", const Plugins& plugins = {});
 Scenario LoadScenario(const std::string& name, const std::vector<config::Assignment>& given,

@@ -82,6 +82,10 @@ void RequireInScene(const std::vector<MarkerPart>& known, const std::vector<Mark
   }
 }
 
+const std::vector<vision::TagParams>& KnownTags(const Scenario& scenario) {
+  return scenario.plugins.ParamsOf<vision::FiducialParams>().tags;
+}
+
 }  // namespace
 
 void TakeBalls(const vehicle::Scene& scene, Scenario* scenario) {
@@ -120,9 +124,15 @@ void TakeBalls(const vehicle::Scene& scene, Scenario* scenario) {
   }
 }
 
+bool TakesTags(const Scenario& scenario) {
+  return scenario.plugins.ParamsOf<vision::FiducialParams>().tags_from_scene;
+}
+
 void TakeTags(const vehicle::Scene& scene, Scenario* scenario) {
+  auto& tags = scenario->plugins.ParamsOf<vision::FiducialParams>().tags;
+  tags.clear();
   for (const vehicle::TagInScene& real : vehicle::TagsOf(scene)) {
-    vision::TagParams& tag = scenario->fiducial.tags.emplace_back();
+    vision::TagParams& tag = tags.emplace_back();
     tag.id = real.id;
     tag.p_MT_m = Rounded(real.X_MT.p);
     const Eigen::Quaterniond& q = real.X_MT.q;
@@ -131,9 +141,18 @@ void TakeTags(const vehicle::Scene& scene, Scenario* scenario) {
     if (AngleBetween(q, Eigen::Quaterniond::Identity()) < 1e-6) tag.q_MT_wxyz = {1, 0, 0, 0};
     tag.size_m = std::round(real.size_m * 1e6) / 1e6;
   }
-  if (scenario->fiducial.tags.empty())
+  if (tags.empty())
     throw ConfigError("fiducial.tags", "there is no tag to read in " + scenario->model.path +
                                            ": it has no site tag_*, as fiducial.xml has them");
+}
+
+void CheckTags(const Scenario& scenario, const vehicle::Scene& scene) {
+  std::vector<MarkerPart> known, real;
+  for (const vision::TagParams& tag : KnownTags(scenario))
+    known.push_back({fmt::format("tag {}", tag.id), tag.p_MT_m, tag.size_m, tag.X_MT().q});
+  for (const vehicle::TagInScene& tag : vehicle::TagsOf(scene))
+    real.push_back({fmt::format("tag {}", tag.id), tag.X_MT.p, tag.size_m, tag.X_MT.q});
+  RequireInScene(known, real, "fiducial.tags", scenario.model);
 }
 
 std::string TagsMjcf(const vision::FiducialParams& fiducial) {
@@ -183,14 +202,7 @@ void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene) {
       throw ConfigError("marker.balls", ball.name + " of the scene is not known (" +
                                             scenario.model.path +
                                             "); set marker_may_differ to run all the same");
-  if (scenario.pose_estimator != EstimatorKind::kFiducial) return;
-  known.clear();
-  real.clear();
-  for (const vision::TagParams& tag : scenario.fiducial.tags)
-    known.push_back({fmt::format("tag {}", tag.id), tag.p_MT_m, tag.size_m, tag.X_MT().q});
-  for (const vehicle::TagInScene& tag : vehicle::TagsOf(scene))
-    real.push_back({fmt::format("tag {}", tag.id), tag.X_MT.p, tag.size_m, tag.X_MT.q});
-  RequireInScene(known, real, "fiducial.tags", scenario.model);
+  if (const auto check = scenario.plugins.scene_hooks().check) check(scenario, scene);
 }
 
 }  // namespace turbidock::trial

@@ -4,11 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <optional>
 #include <string>
 
 #include "control/autopilot.h"
 #include "control/docking_procedure.h"
+#include "control/lqg.h"
+#include "control/p_voltage.h"
 #include "tests/control/published_vehicle.h"
 
 namespace turbidock::control {
@@ -206,12 +209,6 @@ TEST(BlindLeg, OnlyWhileDockingAndAgainAfterASight) {
 
 // --- the autopilot
 
-ControlParams Params(ControllerType controller) {
-  ControlParams params;
-  params.controller = controller;
-  return params;
-}
-
 PoseEstimate Estimate(int64_t frame, const Axes& marker, double fitness) {
   PoseEstimate estimate;
   estimate.frame = frame;
@@ -232,11 +229,13 @@ NavigationReading ReadingOf(const AxesPose& pose_MH) {
 // A vehicle that turns and goes as it is pushed, told by an exact navigation: to the staging pose,
 // whichever way it looks, under every controller.
 TEST(AutopilotApproach, ReachesTheStagingPoseFromAnyHeading) {
-  for (const ControllerType controller : {ControllerType::kPVoltage, ControllerType::kLqg})
+  const std::map<std::string, ControllerSpec> controllers = {{"p_voltage", SpecOf<PVoltage>()},
+                                                             {"lqg", SpecOf<Lqg>()}};
+  for (const auto& [name, controller] : controllers)
     for (const double heading_rad : {-2.5, 0.0, 0.7}) {
       ApproachParams approach = Navigation();
       approach.advance_mps = 0.001;
-      Autopilot autopilot(Params(controller), {}, PublishedVehicle(), kClock, approach);
+      Autopilot autopilot({controller}, {}, PublishedVehicle(), kClock, approach);
       AxesPose head{-4, 0.5, 0.3, heading_rad};
       Axes speed = Axes::Zero();  // in the body
       const VehicleModel vehicle = PublishedVehicle();
@@ -253,16 +252,16 @@ TEST(AutopilotApproach, ReachesTheStagingPoseFromAnyHeading) {
         head.z_m += speed[kHeave] / 30;
         head.yaw_rad = WrapAngle(head.yaw_rad + speed[kYaw] / 30);
       }
-      EXPECT_NEAR(head.x_m, -1.75, 0.07) << NameOf(controller) << heading_rad;
-      EXPECT_NEAR(head.y_m, 0, 0.03) << NameOf(controller) << heading_rad;
-      EXPECT_NEAR(head.z_m, 0, 0.03) << NameOf(controller) << heading_rad;
-      EXPECT_NEAR(head.yaw_rad, 0, 0.05) << NameOf(controller) << heading_rad;
+      EXPECT_NEAR(head.x_m, -1.75, 0.07) << name << heading_rad;
+      EXPECT_NEAR(head.y_m, 0, 0.03) << name << heading_rad;
+      EXPECT_NEAR(head.z_m, 0, 0.03) << name << heading_rad;
+      EXPECT_NEAR(head.yaw_rad, 0, 0.05) << name << heading_rad;
     }
 }
 
 // What was seen before the loss corrects where it believes to be afterwards.
 TEST(AutopilotApproach, RemembersWhereTheMarkerWas) {
-  Autopilot autopilot(Params(ControllerType::kLqg), {}, PublishedVehicle(), kClock, Navigation());
+  Autopilot autopilot({SpecOf<Lqg>()}, {}, PublishedVehicle(), kClock, Navigation());
   const AxesPose truth{-1, 0, 0, 0}, believed{-1.4, 0.2, 0, 0.05};
   int64_t frame = 0;
   const auto off_m = [&] { return (*autopilot.navigated_MH() - truth).distance_m(); };
@@ -276,8 +275,8 @@ TEST(AutopilotApproach, RemembersWhereTheMarkerWas) {
 }
 
 TEST(AutopilotApproach, WithoutOneAReadingChangesNothing) {
-  Autopilot with(Params(ControllerType::kLqg), {}, PublishedVehicle(), kClock);
-  Autopilot without(Params(ControllerType::kLqg), {}, PublishedVehicle(), kClock);
+  Autopilot with({SpecOf<Lqg>()}, {}, PublishedVehicle(), kClock);
+  Autopilot without({SpecOf<Lqg>()}, {}, PublishedVehicle(), kClock);
   for (int frame = 0; frame < 300; ++frame) {
     const PoseEstimate estimate = Estimate(frame, {1, 0.02, 0, 0.01}, frame % 100 < 60 ? 0.8 : 0);
     EXPECT_EQ(with.Update(estimate, {}, {}, ReadingOf(kFar)).volts, without.Update(estimate).volts);

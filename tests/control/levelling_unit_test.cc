@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "control/autopilot.h"
+#include "control/pid.h"
 #include "tests/control/published_vehicle.h"
 
 namespace turbidock::control {
@@ -34,8 +35,7 @@ TEST(Levelling, GoesOnWithoutAMarker) {
   for (const double y : {0.2, -0.2})
     vehicle.thrusters.push_back(
         {.name = "upright", .p_BT = {0, y, 0}, .axis_B = {0, 0, 1}, .curve = {}});
-  ControlParams params;
-  params.controller = ControllerType::kPid;
+  ControlParams params{.controller = SpecOf<Pid>()};
   const Attitude rolled{.roll_pitch_rad = {0.1, 0}};
   Autopilot autopilot(params, {}, vehicle, {.frames_per_second = 30});
   const ThrusterCommand command = autopilot.Update(Nothing(0), {}, rolled);

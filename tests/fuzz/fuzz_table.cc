@@ -49,9 +49,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     ReadsBack(table);
   });
   Try([&] {
-    trial::Scenario played = scenario;
-    played.control.playback.file = file.path();
-    const control::Playback playback = trial::PlaybackOf(played, vehicle);
+    const control::Playback playback =
+        trial::PlaybackOf({.file = file.path()}, vehicle, scenario.duration_s);
     TD_CHECK(playback.begin_s() <= playback.end_s(), "its end is not before its beginning");
     for (const double at_s : {playback.begin_s(), 0.0, playback.end_s()})
       for (const double volts : playback.At(at_s).volts)

@@ -49,7 +49,7 @@ bool AllInSight(const Pose& X_HM, const vision::MarkerParams& marker, const Ster
 }
 
 Pose DrawPose(const trial::Scenario& scenario, const StereoRig& rig, Rng* rng) {
-  const vision::GeneMap map(scenario.estimator.range);
+  const vision::GeneMap map(scenario.plugins.ParamsOf<vision::RmGaOptions>().range);
   for (;;) {
     vision::GeneMap::Values values;
     for (size_t i = 0; i < values.size(); ++i)
@@ -128,8 +128,8 @@ void Run(recognition::MarkerKind marker, const std::string& optics, const std::s
       const double fitness = FitnessAt(view.X_HM, scenario, rig, seen[0]);
       if (fitness < kLeastFitness) continue;
       ++used;
-      vision::RmGa search(scenario.estimator, scenario.marker, scenario.hue, rig,
-                          seeds.Stream("search"));
+      vision::RmGa search(scenario.plugins.ParamsOf<vision::RmGaOptions>(), scenario.marker,
+                          scenario.hue, rig, seeds.Stream("search"));
       Judge(drawn + i, view.X_HM, fitness, seen, &search, &by_fitness[fitness >= 0.6]);
     }
   }

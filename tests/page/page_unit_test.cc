@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "control/pid.h"
 #include "experiments/batch/plan.h"
 #include "experiments/batch/result_store.h"
 #include "experiments/page/batch_page.h"
@@ -133,7 +134,7 @@ TEST(SettingsModel, NamesWhatDiffersAndNothingElse) {
   };
   const std::vector<std::string> before = keys(WithoutCameras());
   trial::Scenario scenario = WithoutCameras();
-  scenario.control.pid.sway.kp_per_s2 += 1;
+  scenario.plugins.ParamsOf<control::PidParams>().sway.kp_per_s2 += 1;
   std::vector<std::string> after = keys(scenario);
   ASSERT_EQ(after.size(), before.size() + 1);
   EXPECT_THAT(after, ::testing::Contains("pid.sway.kp_per_s2"));

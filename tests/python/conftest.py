@@ -44,6 +44,19 @@ class CopiedPid(turbidock.Controller):
         return inertia * self.kp_per_s2 * error + inertia * self.kd_per_s * rate
 
 
+class BlindController(CopiedPid):
+    """Goes on where the marker was seen last."""
+
+    does = turbidock.Key("predict", doc="what it says of a marker that is out of sight")
+
+    def observe(self, seen):
+        self.last = seen.position
+
+    def predict(self, frame):
+        assert isinstance(frame, int)
+        return {"predict": self.last, "shrug": None, "nan": [0, 0, 0, float("nan")]}[self.does]
+
+
 class OddController(turbidock.Controller):
     """What may go wrong in a controller."""
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import turbidock
-from conftest import QUICK, CopiedController, CopiedPid, FixedEstimator, OddController
+from conftest import QUICK, BlindController, CopiedController, CopiedPid, FixedEstimator, OddController
 
 
 def test_run_is_the_programs_own(program):
@@ -233,6 +233,22 @@ def test_ctrl_c_in_a_plug_in_is_a_keyboard_interrupt(plug_in):
     with pytest.raises(KeyboardInterrupt):
         for _ in turbidock.Trial("pool_active", settings=settings, **plug_in):
             pass
+
+
+def test_a_prediction_bridges_the_last_leg():
+    blind = {**QUICK, "seed": 1, "duration_s": 60, "true_pose.nearest_m": 0.45, "procedure.servo_x_m": 0.75,
+             "procedure.blind_max_s": 8}
+
+    def reasons(does):
+        ended = turbidock.run("sea_night_active", controller=BlindController,
+                              settings={**blind, "blind_controller.does": does})
+        return [change["reason"] for change in ended.transitions]
+
+    assert reasons("predict") != reasons("shrug")
+    with pytest.raises(turbidock.PluginError, match=r"blind_controller, Predict(.|\n)*four numbers.*, or None, not"):
+        reasons("nan")
+    with pytest.raises(turbidock.ConfigError, match="needs a controller that predicts: lqg, not copied_pid"):
+        turbidock.run("sea_night_active", controller=CopiedPid, settings=blind)
 
 
 def test_what_a_plug_in_raises_is_the_cause():

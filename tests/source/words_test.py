@@ -51,6 +51,14 @@ class Words(unittest.TestCase):
                     found.append(f'{name}:{line}: "{match[0]}", say {instead}')
         self.assertEqual(found, [])
 
+    def test_controllers_and_estimators_are_named_where_they_are_registered(self):
+        names = re.compile(r'\b(p_voltage|pid|lqg|playback|rm_ga|blobs|fiducial)\b')
+        files = [path for pattern in ('control/autopilot.*', 'experiments/trial/scenario.*', 'experiments/trial/running_trial.*')
+                 for path in ROOT.glob(pattern)]
+        self.assertEqual(len(files), 6)
+        found = [f'{path.name}: {match[0]}' for path in files for match in names.finditer(path.read_text())]
+        self.assertEqual(found, [])
+
 
 if __name__ == '__main__':
     unittest.main()

@@ -20,6 +20,10 @@
 namespace turbidock::trial {
 namespace {
 
+const vision::FiducialParams& FiducialOf(const Scenario& scenario) {
+  return scenario.plugins.ParamsOf<vision::FiducialParams>();
+}
+
 constexpr int kAcross = 8;  // cells, a white border of one included
 
 class Tags : public ::testing::TestWithParam<const char*> {
@@ -56,7 +60,7 @@ TEST_P(Tags, StandInTheSceneAsTheFamilyHasThem) {
   ASSERT_EQ(tags.size(), 2u);
   int compared = 0;
   for (const vehicle::TagInScene& tag : tags) {
-    const vision::TagCells cells = vision::CellsOf(scenario_.fiducial.family, tag.id);
+    const vision::TagCells cells = vision::CellsOf(FiducialOf(scenario_).family, tag.id);
     ASSERT_EQ(cells.across, kAcross);
     const double cell_m = tag.size_m / (kAcross - 2);
     for (int row = 0; row < kAcross; ++row)
@@ -148,16 +152,17 @@ TEST(DrawnTags, OfEachFamilyAreReadWithTheRightPose) {
     const Scenario scenario = LoadScenario(
         "sea_night_fiducial",
         {"model=" + (folder / "scene.xml").string(), std::string("fiducial.family=") + name});
-    ASSERT_EQ(scenario.fiducial.tags.size(), 2u);
-    EXPECT_LT((scenario.fiducial.tags[1].q_MT_wxyz - known.tags[1].q_MT_wxyz).norm(), 1e-6);
-    EXPECT_EQ(scenario.fiducial.tags[0].p_MT_m, known.tags[0].p_MT_m);
-    EXPECT_EQ(scenario.fiducial.tags[0].size_m, 0.07);
+    const vision::FiducialParams& fiducial = FiducialOf(scenario);
+    ASSERT_EQ(fiducial.tags.size(), 2u);
+    EXPECT_LT((fiducial.tags[1].q_MT_wxyz - known.tags[1].q_MT_wxyz).norm(), 1e-6);
+    EXPECT_EQ(fiducial.tags[0].p_MT_m, known.tags[0].p_MT_m);
+    EXPECT_EQ(fiducial.tags[0].size_m, 0.07);
     const Pose X_HM = {FromYawPitchRoll(0.05, 0.02, -0.02), {0.5, 0.02, -0.01}};
     for (const FixedView& view : DrawFixedViews(scenario, {X_HM})) {
       camera::StereoCamera cameras = HoldView(view, scenario, SeedTree(3));
       StereoImage seen;
       cameras.ExposeHeld(0, &seen);
-      vision::FiducialEstimator estimator(scenario.fiducial, scenario.rig.MakeRig());
+      vision::FiducialEstimator estimator(fiducial, scenario.rig.MakeRig());
       const PoseEstimate& estimate = estimator.Update(seen);
       EXPECT_GE(estimator.readings().size(), 4u);  // noise is read, too, where codes are short
       ASSERT_TRUE(estimate.detected);

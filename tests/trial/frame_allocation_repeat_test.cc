@@ -55,7 +55,7 @@ int64_t AllocationsOfThirtyFrames(const std::string& name, bool region_of_intere
   TrialOptions options;
   options.whole_images = !region_of_interest;
   Perception perception(scenario, options, &world);
-  control::Autopilot autopilot(scenario.control, scenario.procedure,
+  control::Autopilot autopilot(scenario.ControlInUse(), scenario.procedure,
                                ModelOf(scenario.known_vehicle, world.scene()),
                                scenario.image_clock());
   constexpr int kWarmUp = 60, kFrames = 30;

@@ -226,6 +226,7 @@ TEST_F(PlaybackOfTrials, TheProcedureOnlyLooksOn) {
   EXPECT_EQ(result.log.frames.size(), 180u);
   RunningTrial running(scenario);
   EXPECT_THROW(running.Set("controller=pid"), ConfigError);
+  EXPECT_THROW(running.Set("playback.begin_s=1"), ConfigError);
 }
 
 TEST_F(PlaybackOfTrials, AMeasuredCurrentCarriesTheVehicle) {

@@ -10,6 +10,8 @@
 #include <cmath>
 #include <limits>
 
+#include "control/lqg.h"
+#include "control/p_voltage.h"
 #include "experiments/trial/plugin_of.h"
 #include "experiments/trial/running_trial.h"
 #include "experiments/trial/scenario.h"
@@ -129,6 +131,66 @@ class WrappedEstimator final : public vision::PoseEstimator {
   PoseEstimate estimate_;
 };
 
+class Mine final : public control::Controller {
+ public:
+  struct Params {
+    double gain = 10;
+    static void Fields(auto& self, auto&& field) {
+      field("gain", self.gain, InRange(0, 100), "newtons a metre");
+    }
+  };
+  explicit Mine(const Params& params) : params_(params) {}
+  void Observe(const control::Observation& seen) override { position_ = seen.position; }
+  control::Axes Demand(const control::Reference& wanted) override {
+    return params_.gain * (position_ - wanted.position);
+  }
+  void OnCommandApplied(int64_t, const control::Axes&) override {}
+
+ private:
+  Params params_;
+  control::Axes position_ = control::Axes::Zero();
+};
+
+// lqg with a model of its own, which may go wrong.
+class Predicting final : public control::Controller {
+ public:
+  struct Params : control::LqgParams {
+    bool wrong = false;
+    static void Fields(auto& self, auto&& field) {
+      control::LqgParams::Fields(self, field);
+      field("wrong", self.wrong, Finite(), "whether it predicts what is no number");
+    }
+  };
+  Predicting(const Params& params, const control::VehicleModel& vehicle, const ClockParams& clock)
+      : wrong_(params.wrong), lqg_(params, vehicle, clock) {}
+  void Observe(const control::Observation& seen) override { lqg_.Observe(seen); }
+  control::Axes Demand(const control::Reference& wanted) override { return lqg_.Demand(wanted); }
+  std::optional<control::Axes> Predict(int64_t frame) override {
+    if (wrong_) return control::Axes::Constant(kNotANumber);
+    return lqg_.Predict(frame);
+  }
+  void OnCommandApplied(int64_t frame, const control::Axes& given) override {
+    lqg_.OnCommandApplied(frame, given);
+  }
+
+ private:
+  bool wrong_;
+  control::Lqg lqg_;
+};
+
+// Cannot steer any vehicle.
+struct RefusingParams {
+  static void Fields(auto&, auto&&) {}
+};
+class RefusingController final : public control::Controller {
+ public:
+  using Params = RefusingParams;
+  explicit RefusingController(const Params&) { throw ConfigError("the vehicle has no rudder"); }
+  void Observe(const control::Observation&) override {}
+  control::Axes Demand(const control::Reference&) override { return control::Axes::Zero(); }
+  void OnCommandApplied(int64_t, const control::Axes&) override {}
+};
+
 Plugins Ours() {
   Plugins plugins;
   plugins.AddController<CopiedController>("copied");
@@ -143,12 +205,14 @@ Scenario Load(std::vector<std::string> assignments) {
 }
 
 TEST(Plugins, ACopyOfThePublishedLawSteersTheSameTrial) {
-  const TrialResult ours = RunTrial(Load({"duration_s=12"}));
+  const Scenario paper = Load({"duration_s=12"});
+  const TrialResult ours = RunTrial(paper);
+  const auto& published = paper.plugins.ParamsOf<control::PVoltageParams>();
   const std::vector<std::string> same = {
       "duration_s=12", "controller=copied",
-      "copied.surge_v_per_m=" + FormatNumber(Load({}).control.p_voltage.surge.kp_v_per_m),
-      "copied.across_v_per_m=" + FormatNumber(Load({}).control.p_voltage.sway.kp_v_per_m),
-      "copied.yaw_v=" + FormatNumber(Load({}).control.p_voltage.yaw.kp_v)};
+      "copied.surge_v_per_m=" + FormatNumber(published.surge.kp_v_per_m),
+      "copied.across_v_per_m=" + FormatNumber(published.sway.kp_v_per_m),
+      "copied.yaw_v=" + FormatNumber(published.yaw.kp_v)};
   const Scenario scenario = Load(same);
   EXPECT_EQ(scenario.controller_name(), "copied");
   EXPECT_EQ(RunTrial(scenario).digest, ours.digest);
@@ -186,11 +250,17 @@ TEST(Plugins, TheirKeysAreAsStrictAsOurs) {
 
 TEST(Plugins, RefusesNamesThatAreTakenOrNone) {
   Plugins plugins = Ours();
-  for (const char* name : {"", "My_law", "2nd", "my-law", "copied", "wrapped"})
-    EXPECT_THROW(plugins.AddController<CopiedController>(name), ConfigError) << name;
-  plugins.AddController<CopiedController>("pid");
-  EXPECT_THAT(MessageOf([&] { LoadScenario("pool_active", {}, "", plugins); }),
-              HasSubstr("plug-in 'pid': a scenario has this key already"));
+  const auto message = [&](const std::string& name) {
+    return MessageOf([&] { plugins.AddController<CopiedController>(name); });
+  };
+  for (const char* name : {"", "My_law", "2nd", "my-law"})
+    EXPECT_THAT(message(name), HasSubstr("a name is of small letters")) << name;
+  for (const char* name : {"copied", "wrapped", "pid", "playback", "blobs"})
+    EXPECT_THAT(message(name), HasSubstr("there is one of this name already")) << name;
+  for (const char* name : {"estimator", "controller", "water", "seed"})
+    EXPECT_EQ(message(name),
+              std::string("plug-in '") + name + "': a scenario has this key already");
+  EXPECT_EQ(plugins.controllers(), Ours().controllers());
 }
 
 TEST(Plugins, AreValues) {
@@ -240,6 +310,89 @@ TEST(Plugins, ALawThatFailsIsNamed) {
   EXPECT_EQ(error("throws"), "controller wrong_law, Demand at frame 20: no such gain");
   EXPECT_THAT(error("throws_an_int"), HasSubstr("wrong_law, Demand at frame 20 threw what is no"));
   EXPECT_THAT(error("nan"), HasSubstr("gave a demand that is not finite"));
+}
+
+// Though its marker is out of sight at the end, it docks as lqg does.
+TEST(Plugins, APredictionBridgesTheLastLeg) {
+  Plugins plugins = Ours();
+  plugins.AddController<Predicting>("predicting");
+  Scenario ours = LoadScenario("sea_night_active",
+                               {"pose_source=true_pose", "seed=1", "true_pose.nearest_m=0.45",
+                                "procedure.servo_x_m=0.75", "procedure.blind_max_s=8"},
+                               "", plugins);
+  Scenario theirs = ours;
+  config::ApplySet("controller=predicting", &theirs, nullptr);
+  auto& params = theirs.plugins.ParamsOf<Predicting::Params>();
+  static_cast<control::LqgParams&>(params) = ours.plugins.ParamsOf<control::LqgParams>();
+  const TrialResult result = RunTrial(theirs);
+  EXPECT_EQ(result.outcome, Outcome::kDocked) << result.reason;
+  EXPECT_EQ(result.digest, RunTrial(ours).digest);
+  params.wrong = true;
+  try {
+    RunTrial(theirs);
+    ADD_FAILURE() << "no error";
+  } catch (const PluginError& error) {
+    EXPECT_THAT(error.what(),
+                ::testing::MatchesRegex("controller predicting, Predict at frame "
+                                        "[0-9]+ gave a prediction that is not finite"));
+  }
+}
+
+TEST(Plugins, WithoutAPredictionThereIsNoLastLeg) {
+  Plugins plugins = Ours();
+  plugins.AddController<Predicting>("predicting");
+  const auto message = [&](const std::string& controller) {
+    return MessageOf([&] {
+      LoadScenario("pool_active", {"controller=" + controller, "procedure.blind_max_s=5"}, "",
+                   plugins);
+    });
+  };
+  EXPECT_THAT(message("copied"), HasSubstr("procedure.blind_max_s: 5 needs a controller that "
+                                           "predicts: lqg, predicting, not copied"));
+  EXPECT_EQ(message("predicting"), "no error");
+}
+
+TEST(Plugins, ALawMayRefuseAVehicle) {
+  Plugins plugins = Ours();
+  plugins.AddController<RefusingController>("refusing");
+  plugins.AddEstimator(
+      "refusing_too", RefusingParams(),
+      [](const RefusingParams&, const EstimatorSetup&) -> std::unique_ptr<vision::PoseEstimator> {
+        throw ConfigError("the rig has one camera");
+      });
+  const auto run = [&](const std::vector<std::string>& assignments) {
+    try {
+      RunTrial(LoadScenario("pool_active", assignments, "", plugins));
+    } catch (const ConfigError& error) {
+      return std::string(error.what());
+    }
+    return std::string("no error");
+  };
+  EXPECT_EQ(run({"controller=refusing", "pose_source=true_pose"}), "the vehicle has no rudder");
+  EXPECT_EQ(run({"pose_estimator=refusing_too"}), "the rig has one camera");
+}
+
+// One line adds it to YAML, to the table of keys and to what a running trial can follow.
+TEST(Plugins, OneLineAddsAController) {
+  Plugins plugins;
+  plugins.AddController<Mine>("mine");
+  const Scenario scenario = ParseScenario(
+      SaveScenario(LoadScenario("pool_active", {})) + "mine: {gain: 3}\n", "mine.yaml", plugins);
+  EXPECT_EQ(scenario.plugins.ParamsOf<Mine::Params>().gain, 3);
+  const auto keys = ScenarioKeys(plugins);
+  const auto key = std::ranges::find(keys, "mine.gain", &config::KeyDoc::key);
+  ASSERT_NE(key, keys.end());
+  EXPECT_EQ(key->value + ", " + key->range + ": " + key->doc, "10, in [0, 100]: newtons a metre");
+
+  RunningTrial trial(LoadScenario(
+      "pool_active", {"controller=mine", "pose_source=true_pose", "true_pose.found_after_s=0"}, "",
+      plugins));
+  for (int frame = 0; frame < 30; ++frame) trial.Step();
+  const double before = trial.log().frames.back().demand.norm();
+  trial.Set("mine.gain=20");
+  trial.Step();
+  EXPECT_NEAR(trial.log().frames.back().demand.norm(), 2 * before, 0.2 * before);
+  EXPECT_GT(before, 0);
 }
 
 TEST(Plugins, AnEstimatorThatFailsIsNamed) {

@@ -109,7 +109,11 @@ TEST(RunningTrial, RefusesWhatItCannotFollow) {
   const auto message = [&](const std::string& assignment) {
     return testing::MessageOf([&] { trial.Set(assignment); });
   };
-  EXPECT_THAT(message("rig.baseline_m=0.2"), HasSubstr("cannot change while the trial runs"));
+  for (const char* key : {"rig.baseline_m=0.2", "playback.begin_s=1"})
+    EXPECT_THAT(message(key), HasSubstr("cannot change while the trial runs; water, lamps, "
+                                        "ball_lights, sea, controller, levelling, p_voltage, pid, "
+                                        "lqg can"));
+  EXPECT_THAT(message("controller=playback"), HasSubstr("playback.file: is empty"));
   EXPECT_THAT(message("water.milk_ml_m3=-1"), HasSubstr("must be in [0, 2000]"));
   EXPECT_THAT(message("water.milk_ml=1"), HasSubstr("did you mean milk_ml_m3"));
   EXPECT_THAT(message("water.milk_ml_m3"), HasSubstr("must be KEY=VALUE"));

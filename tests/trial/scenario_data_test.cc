@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "control/p_voltage.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/trial/scenario.h"
@@ -60,7 +61,8 @@ TEST_P(EveryScenario, TheEstimatorKnowsTheSceneSMarker) {
 
 TEST(EstimatorPreset, IsWhatTheOtherKeysBeginWith) {
   const auto estimator = [](const std::vector<std::string>& assignments) {
-    return config::SaveYaml(LoadScenario("pool_active", assignments).estimator);
+    return config::SaveYaml(
+        LoadScenario("pool_active", assignments).plugins.ParamsOf<vision::RmGaOptions>());
   };
   EXPECT_EQ(estimator({}), config::SaveYaml(vision::RmGaOptions{}));
   EXPECT_EQ(estimator({"estimator.preset=published"}),
@@ -197,8 +199,8 @@ TEST(PaperScenarios, DifferInTheMarkerOnly) {
 TEST(PaperScenarios, FlyThePublishedLawAndProcedure) {
   for (const char* name : {"paper_sea_night_active", "paper_sea_night_passive"}) {
     const Scenario scenario = LoadScenario(name, {});
-    EXPECT_EQ(scenario.control.controller, control::ControllerType::kPVoltage);
-    EXPECT_EQ(config::SaveYaml(scenario.control.p_voltage),
+    EXPECT_EQ(scenario.controller_name(), "p_voltage");
+    EXPECT_EQ(config::SaveYaml(scenario.plugins.ParamsOf<control::PVoltageParams>()),
               config::SaveYaml(control::PVoltageParams{}));
     EXPECT_EQ(scenario.procedure.servo_x_m, 0.6);
     EXPECT_EQ(scenario.procedure.docking_x_m, 0.35);

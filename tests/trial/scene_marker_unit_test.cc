@@ -12,6 +12,7 @@
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
 #include "tests/support/message_of.h"
+#include "vision/fiducial_marker.h"
 
 namespace turbidock::trial {
 namespace {
@@ -95,20 +96,25 @@ TEST(SceneTags, AreTakenAndMustBeThere) {
   const std::vector<std::string> reads = {"pose_estimator=fiducial", "duration_s=0.03"};
   EXPECT_THAT(MessageOf([&] { LoadScenario("sea_night_passive", reads); }),
               HasSubstr("fiducial.tags: there is no tag to read in sea_passive.xml"));
-  EXPECT_TRUE(LoadScenario("sea_night_passive", {}).fiducial.tags.empty());
+  const auto tags_of = [](auto& of) -> auto& {
+    return of.plugins.template ParamsOf<vision::FiducialParams>().tags;
+  };
+  const Scenario without = LoadScenario("sea_night_passive", {});
+  EXPECT_TRUE(tags_of(without).empty());
 
   Scenario scenario = LoadScenario("sea_night_fiducial", reads);
-  ASSERT_EQ(scenario.fiducial.tags.size(), 2u);
-  EXPECT_EQ(scenario.fiducial.tags[0].p_MT_m, Eigen::Vector3d(0.105, 0.155, -0.06));
-  EXPECT_EQ(scenario.fiducial.tags[0].size_m, 0.066);
+  auto& tags = tags_of(scenario);
+  ASSERT_EQ(tags.size(), 2u);
+  EXPECT_EQ(tags[0].p_MT_m, Eigen::Vector3d(0.105, 0.155, -0.06));
+  EXPECT_EQ(tags[0].size_m, 0.066);
   const auto refusal = [](Scenario changed) { return MessageOf([&] { RunTrial(changed); }); };
   EXPECT_EQ(refusal(scenario), "no error");
-  scenario.fiducial.tags[1].p_MT_m.z() += 0.002;
+  tags[1].p_MT_m.z() += 0.002;
   EXPECT_THAT(refusal(scenario), HasSubstr("tag 1 is known at [0.105, -0.155, 0.082] m"));
-  scenario.fiducial.tags[1].p_MT_m.z() -= 0.002;
-  scenario.fiducial.tags[1].q_MT_wxyz = {0, 1, 0, 0};  // upside down
+  tags[1].p_MT_m.z() -= 0.002;
+  tags[1].q_MT_wxyz = {0, 1, 0, 0};  // upside down
   EXPECT_THAT(refusal(scenario), HasSubstr("tag 1 is turned by 3.1 rad"));
-  scenario.fiducial.tags[1].id = 5;
+  tags[1].id = 5;
   EXPECT_THAT(refusal(scenario), HasSubstr("tag 5 is not in the scene (sea_fiducial.xml)"));
   scenario.marker_may_differ = true;
   EXPECT_EQ(refusal(scenario), "no error");

@@ -93,6 +93,12 @@ class Controller(_PlugIn):
         than the vehicle has it gives what it can, its heading first."""
         raise NotImplementedError(f"{type(self).__name__} has no demand()")
 
+    def predict(self, frame: int) -> Sequence[float] | np.ndarray | None:
+        """Where its model says that the marker is, x, y, z [m] and heading [rad] in the camera head,
+        at a frame without a usable estimate; None where it cannot tell. `procedure.blind_max_s` lets
+        docking go on by it, and needs a controller that has it."""
+        return None
+
     def given(self, frame: int, given: np.ndarray) -> None:
         """What came of the demand at the frame: less where the thrusters saturate, zero without
         control."""
@@ -122,7 +128,8 @@ def plugins_of(classes: Iterable[type]) -> _core.Plugins:
         if isinstance(cls, type) and issubclass(cls, Controller):
             plugins.add_controller(
                 cls.plugin_name(), cls, cls._keys(), cls.asks_for, cls.pose_filter, cls.setpoint,
-                cls.observe is not Controller.observe, cls.given is not Controller.given, cls._code())
+                cls.observe is not Controller.observe, cls.predict is not Controller.predict,
+                cls.given is not Controller.given, cls._code())
         elif isinstance(cls, type) and issubclass(cls, Estimator):
             plugins.add_estimator(cls.plugin_name(), cls, cls._keys(), cls._code())
         else:

@@ -177,7 +177,7 @@ VehicleCheck CheckVehicle(const trial::Scenario& scenario) {
   check.mjcf = fs::path(scenario.vehicle_model.path).filename();
   check.data = fs::path(check.mjcf).replace_extension(".yaml");
   check.mass_kg = data.LoadedRigidBody().mass_kg;
-  check.levels = scenario.control.levelling.enabled && allocation.levels();
+  check.levels = scenario.levelling.enabled && allocation.levels();
   check.floating = FloatingOf(data, -scene.model->opt.gravity[2]);
   const double buoyancy = check.floating.buoyancy_newton;
   const double against =

@@ -96,7 +96,8 @@ struct Controls {
 };
 
 // Whether a key may have this value while a trial runs.
-bool IsAllowed(const trial::Scenario& settings, const std::string& key, double value) {
+template <class V>
+bool IsAllowed(const trial::Scenario& settings, const std::string& key, const V& value) {
   try {
     static_cast<void>(trial::Changed(settings, fmt::format("{}={}", key, value)));
     return true;
@@ -109,9 +110,9 @@ bool IsAllowed(const trial::Scenario& settings, const std::string& key, double v
 
 report::Json ControlsModel(const trial::Scenario& settings) {
   const std::vector<std::string> off_on = {"false", "true"};
-  std::vector<std::string> controllers = NamesOf<control::ControllerType>();
-  for (const std::string& controller : settings.plugins.controllers())
-    controllers.push_back(controller);
+  std::vector<std::string> controllers = settings.plugins.controllers();
+  std::erase_if(controllers,
+                [&](const auto& name) { return !IsAllowed(settings, "controller", name); });
   Controls controls{settings};
   controls.Slide("water", "water.milk_ml_m3", "milk", "ml/m³", 0, 120);
   for (const auto& [axis, label] : {std::pair{"[0]", "current along"}, {"[1]", "current across"}})

@@ -131,7 +131,7 @@ AxisResponse MeasureAxis(trial::Scenario scenario, const StepOptions& options, A
   JudgeDisturbance(&response.disturbance);
   one_more();
   const double authority =
-      control::MakeAllocation(scenario.control, trial::ModelOf(scenario))->authority()[axis];
+      control::MakeAllocation(scenario.plugins.Spec(), trial::ModelOf(scenario))->authority()[axis];
   scenario.true_pose.noise.setZero();
   for (const double frequency_hz : options.frequencies_hz) {
     if (frequency_hz >= 0.45 * scenario.clock.frames_per_second) break;

@@ -67,17 +67,10 @@ report::Panel LoopPanel(const std::string& title, const report::Axis& y, report:
           .rules = {{limit, "", trial::kOnPaper.limit, report::Mark::kLine}}};
 }
 
-// The published controller's is volts, as of a plug-in that says so.
-bool DemandIsVolts(const control::ControlParams& control) {
-  return control.own
-             ? std::holds_alternative<control::VoltsAllocationParams>(control.own->allocation)
-             : control.controller == control::ControllerType::kPVoltage;
-}
-
 report::Section SectionOf(const trial::Scenario& scenario, const AxisResponse& r) {
   const std::string name = AxisName(r.axis);
   const bool is_yaw = r.axis == control::kYaw;
-  const std::string demand = DemandIsVolts(scenario.control) ? "V" : is_yaw ? "N m" : "N";
+  const std::string demand = scenario.plugins.Spec().asks_for_volts() ? "V" : is_yaw ? "N m" : "N";
   const auto gain_db = [](const LoopPoint& p) { return 20 * std::log10(p.gain); };
   // within half a turn of the critical -180 deg
   const auto phase_deg = [](const LoopPoint& p) {

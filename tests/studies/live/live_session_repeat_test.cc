@@ -151,8 +151,12 @@ TEST(LiveSession, WhatThePageOffersCanBeSet) {
       EXPECT_GE(values.size(), 2u);
       for (report::Json value : values) {
         if (control.contains("list_of")) value = {value, value, value};
-        // the controller last: it changes what is offered
-        if (control["key"] == "controller") continue;
+        // only asked about: it changes what is offered
+        if (control["key"] == "controller") {
+          EXPECT_NO_THROW(
+              trial::Changed(session.settings(), "controller=" + value.get<std::string>()));
+          continue;
+        }
         EXPECT_EQ(
             ProblemOf(&session,
                       report::JsonLine({{"do", "set"}, {"key", control["key"]}, {"value", value}})),

@@ -15,6 +15,7 @@
 #include <set>
 #include <string>
 
+#include "control/lqg.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/report/report.h"
@@ -37,6 +38,10 @@ trials:
         lqg.sway.effort_share: 0.27, lqg.sway.error_m: 0.01, lqg.sway.current_mps2: 0.158,
         lqg.yaw.error_rad: 0.185, lqg.yaw.effort_share: 0.236, lqg.yaw.current_rad_s2: 1.22}
 )";
+const control::LqgParams& LqgOf(const trial::Scenario& scenario) {
+  return scenario.plugins.ParamsOf<control::LqgParams>();
+}
+
 const std::string kGains = "gains: [{key: lqg.sway.effort_share, low: 0.2, high: 3, scale: log}]\n";
 const std::string kObjective = "objective: [{metric: tracking_rms_m, weight: 1000}]\n";
 const std::string kHead = "schema_version: 1\ndescription: a test\n";
@@ -95,7 +100,7 @@ TEST(Study, TheExampleIsReadAndStartsAtTheScenariosGains) {
   EXPECT_EQ(study.GainsAt({1}), (Gains{3}));
   EXPECT_NEAR(study.GainsAt({0.5})[0], std::sqrt(0.2 * 3), 1e-12);
   const batch::Plan plan = study.TrialsOf(0, 4);
-  EXPECT_EQ(study.ScenarioOf(plan, 1, {1.5}).control.lqg.sway.effort_share, 1.5);
+  EXPECT_EQ(LqgOf(study.ScenarioOf(plan, 1, {1.5})).sway.effort_share, 1.5);
   EXPECT_EQ(study.hash(), StudyOf(kHead + kTrials + kGains + kObjective, "other.yaml").hash());
 }
 
@@ -367,11 +372,11 @@ TEST_F(TunerTest, TheGainsFileHoldsTheLawsGroupAndIsRead) {
   const std::string file = File("gains.yaml");
   std::ofstream(file) << GainsYaml(study, result);
   const trial::Scenario scenario = trial::LoadScenario("sea_night_active", {}, file);
-  EXPECT_EQ(scenario.control.controller, control::ControllerType::kLqg);
-  EXPECT_EQ(scenario.control.lqg.sway.effort_share, 1.25);
+  EXPECT_EQ(scenario.controller_name(), "lqg");
+  EXPECT_EQ(LqgOf(scenario).sway.effort_share, 1.25);
   EXPECT_EQ(scenario.procedure.docking_rate_mps, 0.0625);
-  EXPECT_EQ(config::SaveYaml(scenario.control.lqg.heave),
-            config::SaveYaml(trial::LoadScenario("pool_active", {}).control.lqg.heave));
+  EXPECT_EQ(config::SaveYaml(LqgOf(scenario).heave),
+            config::SaveYaml(LqgOf(trial::LoadScenario("pool_active", {})).heave));
 }
 
 // A result of so many generations of the two that kFast asks for.

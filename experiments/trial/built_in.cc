@@ -1,0 +1,44 @@
+// turbidock's own controllers and estimators: one line each. The first of each kind is the default.
+
+#include "control/lqg.h"
+#include "control/p_voltage.h"
+#include "control/pid.h"
+#include "experiments/trial/plugin_of.h"
+#include "experiments/trial/recorded.h"
+#include "experiments/trial/scene_marker.h"
+#include "vision/blob_estimator.h"
+#include "vision/fiducial_estimator.h"
+#include "vision/rm_ga.h"
+
+namespace turbidock::trial {
+
+Plugins::Plugins() {
+  AddController<control::PVoltage>("p_voltage", "the published proportional controller");
+  AddController<control::Pid>("pid", "proportional, integral and derivative control");
+  AddController<control::Lqg>("lqg", "linear-quadratic control with a Kalman filter");
+  AddController<control::PlaybackParams>("playback", {}, &PlaybackSpec,
+                                         "commands from a file, open loop");
+
+  AddEstimator<vision::RmGaOptions>("rm_ga", {},
+                                    [](const auto& options, const EstimatorSetup& of) {
+                                      return std::make_unique<vision::RmGa>(options, of.marker,
+                                                                            of.hue, of.rig, of.rng);
+                                    },
+                                    {.doc = "the pose search", .group = "estimator"});
+  AddEstimator<vision::BlobParams>("blobs", {},
+                                   [](const auto& params, const EstimatorSetup& of) {
+                                     return std::make_unique<vision::BlobEstimator>(
+                                         params, of.marker, of.hue, of.rig);
+                                   },
+                                   {.group = ""});
+  AddEstimator<vision::FiducialParams>(
+      "fiducial", {},
+      [](const auto& params, const EstimatorSetup& of) {
+        return std::make_unique<vision::FiducialEstimator>(params, of.rig);
+      },
+      {.doc = "the estimator that reads fiducial tags, and the tags as it knows them",
+       .scene = {&TakesTags, &TakeTags, &CheckTags}});
+  built_in_ = false;
+}
+
+}  // namespace turbidock::trial
