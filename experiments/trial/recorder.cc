@@ -62,7 +62,6 @@ TrialRecorder::TrialRecorder(const Scenario& scenario)
       clock.FramesFor(scenario.duration_s) + clock.FramesFor(scenario.docked_hold_s);
   result_.log.frames.reserve(static_cast<size_t>(std::min(most_frames, kReservedFrames)));
   result_.seed = scenario.seed;
-  result_.start = AxesPose::Of(DrawStart(scenario));
 }
 
 void TrialRecorder::Add(const Change& change) {

@@ -62,7 +62,7 @@ RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
       rules_(scenario_),
       command_(ThrusterCommand::Neutral(world_.scene().thrusters.size())) {
   recorder_.SetThrusters(vehicle::NamesOf(world_.scene().thrusters));
-  if (scenario_.start.placed()) recorder_.SetStart(world_.true_X_HM().Inverse());
+  recorder_.SetStart(StartOf(scenario_, world_.scene(), world_.plant().X_WM()).X_MH);
   if (scenario_.plays_back())
     playback_.emplace(PlaybackOf(scenario_, ModelOf(scenario_.known_vehicle, world_.scene())));
   if (options_.on_remark)

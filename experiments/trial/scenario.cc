@@ -381,18 +381,6 @@ std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins) {
   return config::internal::ListGroupKeys(config::GroupOf(&defaults));
 }
 
-Pose DrawStart(const Scenario& scenario) {
-  Rng rng = SeedTree(static_cast<uint64_t>(scenario.seed)).Stream("start");
-  const StartParams& s = scenario.start;
-  const double distance_m = rng.Uniform(s.distance_min_m, s.distance_max_m);
-  const double y_m = rng.Uniform(-s.lateral_m, s.lateral_m);
-  const double z_m = rng.Uniform(-s.vertical_m, s.vertical_m);
-  const double yaw_rad = rng.Uniform(-s.heading_rad, s.heading_rad);
-  const double pitch_rad = rng.Uniform(-s.pitch_rad, s.pitch_rad);
-  const double roll_rad = rng.Uniform(-s.roll_rad, s.roll_rad);
-  return {FromYawPitchRoll(yaw_rad, pitch_rad, roll_rad), {-distance_m, y_m, z_m}};
-}
-
 }  // namespace turbidock::trial
 
 template void turbidock::CheckFields(const turbidock::trial::Scenario&, const std::string&);

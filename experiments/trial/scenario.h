@@ -346,9 +346,6 @@ std::vector<ModelFile> ModelFilesOf(const Scenario& scenario);
 // A sentence that names those that its `model_files` have otherwise; empty where there are none.
 std::string ChangedModels(const Scenario& scenario);
 
-// Where the camera head begins, in the marker's frame, drawn from the scenario's seed.
-Pose DrawStart(const Scenario& scenario);
-
 }  // namespace turbidock::trial
 
 // Its many fields are compiled once, in scenario.cc.

@@ -37,7 +37,44 @@ void CheckLamps(const Scenario& scenario, const vehicle::Scene& scene) {
   }
 }
 
+// The camera head in the marker's frame.
+Pose DrawStart(const Scenario& scenario) {
+  Rng rng = SeedTree(static_cast<uint64_t>(scenario.seed)).Stream("start");
+  const StartParams& s = scenario.start;
+  const double distance_m = rng.Uniform(s.distance_min_m, s.distance_max_m);
+  const double y_m = rng.Uniform(-s.lateral_m, s.lateral_m);
+  const double z_m = rng.Uniform(-s.vertical_m, s.vertical_m);
+  const double yaw_rad = rng.Uniform(-s.heading_rad, s.heading_rad);
+  const double pitch_rad = rng.Uniform(-s.pitch_rad, s.pitch_rad);
+  const double roll_rad = rng.Uniform(-s.roll_rad, s.roll_rad);
+  return {FromYawPitchRoll(yaw_rad, pitch_rad, roll_rad), {-distance_m, y_m, z_m}};
+}
+
+vehicle::Plant PlantOf(const Scenario& scenario, const vehicle::Scene& scene) {
+  const SeedTree seeds(static_cast<uint64_t>(scenario.seed));
+  return {scene,
+          scenario.vehicle,
+          scenario.clock,
+          SeaOf(scenario, seeds.Stream("sea")),
+          {scenario.mooring, HeadingOf(scene.X_WD), seeds.Stream("mooring")}};
+}
+
 }  // namespace
+
+Start StartOf(const Scenario& scenario, const vehicle::Scene& scene, const Pose& X_WM) {
+  if (scenario.start.placed()) {
+    const Pose X_WB = scenario.start.placed_X_WB();
+    return {.X_MH = X_WM.Inverse() * X_WB.Canonical() * scene.X_BH, .X_WB = X_WB};
+  }
+  const Pose X_MH = DrawStart(scenario);
+  return {.X_MH = X_MH, .X_WB = X_WM * X_MH * scene.X_BH.Inverse()};
+}
+
+Pose StartPose(const Scenario& scenario) {
+  if (!scenario.start.placed()) return DrawStart(scenario);
+  const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig);
+  return StartOf(scenario, scene, PlantOf(scenario, scene).X_WM()).X_MH;
+}
 
 World::Cameras::Cameras(const Scenario& scenario, const vehicle::Scene& scene,
                         const std::vector<view::Distractor>& distractors, const SeedTree& seeds)
@@ -58,8 +95,7 @@ World::World(const Scenario& scenario, const TrialOptions& options)
           view::DistractorsOf(faults_.distractors, scene_, seeds_.Stream("faults").NextU64())),
       optics_(scenario.light),
       rig_(scene_.rig),
-      plant_(scene_, scenario.vehicle, clock_, SeaOf(scenario, seeds_.Stream("sea")),
-             {scenario.mooring, HeadingOf(scene_.X_WD), seeds_.Stream("mooring")}),
+      plant_(PlantOf(scenario, scene_)),
       attitude_sensor_(scenario.attitude_sensor, seeds_.Stream("attitude")),
       navigation_sensor_(scenario.navigation, seeds_.Stream("navigation")) {
   CheckMarker(scenario, scene_);
@@ -78,10 +114,7 @@ void World::PlaceVehicle(const Pose& X_MH) {
 }
 
 void World::PlaceAtStart(const Scenario& scenario) {
-  if (scenario.start.placed())
-    plant_.Reset(scenario.start.placed_X_WB());
-  else
-    PlaceVehicle(DrawStart(scenario));
+  plant_.Reset(StartOf(scenario, scene_, plant_.X_WM()).X_WB);
   plant_.SetVelocity(scenario.start.V_WB_B());
 }
 

@@ -128,6 +128,17 @@ class World {
   Image3u8 spectator_image_;
 };
 
+// Where a trial begins, drawn from the scenario's seed or placed (start.position_m): the camera
+// head in the marker's frame, the vehicle in the world. X_WM: of the marker then.
+struct Start {
+  Pose X_MH, X_WB;
+};
+Start StartOf(const Scenario& scenario, const vehicle::Scene& scene, const Pose& X_WM);
+
+// The camera head in the marker's frame when the scenario's trial begins. Reads its scene where the
+// start is placed.
+Pose StartPose(const Scenario& scenario);
+
 // What the controller is told of the vehicle.
 // From nominal data, with the thrusters and the camera head where the scene has them. The data need
 // not be the vehicle's in the water: what that differs by, the controller does not know.

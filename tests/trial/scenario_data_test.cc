@@ -214,7 +214,7 @@ TEST(StartPose, IsWithinItsBoundsForEverySeed) {
   for (int seed = 0; seed < 200; ++seed) {
     const char* name = seed % 2 ? "sea_night_active" : "paper_sea_night_active";
     const Scenario scenario = LoadScenario(name, {"seed=" + std::to_string(seed)});
-    const Pose X_MH = DrawStart(scenario);
+    const Pose X_MH = StartPose(scenario);
     EXPECT_GE(-X_MH.p.x(), scenario.start.distance_min_m);
     EXPECT_LE(-X_MH.p.x(), scenario.start.distance_max_m);
     EXPECT_LE(X_MH.p.norm(), 1.5);  // paper: within 1.5 m
