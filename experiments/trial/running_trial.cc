@@ -87,6 +87,7 @@ FrameRecord RunningTrial::RecordOf(int64_t frame) const {
           .true_X_WB = truth.X_WB,
           .true_V_WB_B = truth.V_WB_B,
           .navigated_MH = autopilot_.navigated_MH(),
+          .uncorrected_MH = autopilot_.uncorrected_MH(),
           .desired = directive.desired,
           .controlled = directive.control,
           .demand = autopilot_.demand(),
