@@ -238,9 +238,6 @@ void Scenario::Check(const std::string& path) const {
   CheckBrightness(faults.lights, light.ball_lights, lights);
   for (size_t i = 0; i < faults.distractors.fish.size(); ++i)
     CheckShine(faults.distractors.fish[i].shines_as, balls, config::ElementPath(fish, i));
-  if (look_first && estimator_name() != NameOf(EstimatorKind::kRmGa))
-    throw ConfigError(JoinKey(path, "look_first"),
-                      "true needs pose_estimator = rm_ga, not " + estimator_name());
   if (pose_source == PoseSource::kTruePose && faults.seen())
     throw ConfigError(JoinKey(path, "faults"),
                       "with pose_source = true_pose only thrusters can fail: nothing is seen");

@@ -167,7 +167,6 @@ struct Scenario {
   int camera_delay_frames = 1;
   double camera_drop_probability = 0;
   bool region_of_interest = true;
-  bool look_first = false;
   double docked_hold_s = 1;
   OpticsPreset optics = OpticsPreset::kPublished;
   view::GlBackend renderer = view::GlBackend::kOsmesa;
@@ -224,10 +223,6 @@ struct Scenario {
           "frames from exposure until the estimator has the image");
     field("region_of_interest", self.region_of_interest, Finite(),
           "whether only the pixels are made that the estimator can read; the result is the same");
-    field("look_first", self.look_first, Finite(),
-          "whether, while rm_ga looks for the marker, it is spared the images in which the marker "
-          "cannot be seen (F at its true pose below 0.22), and they are not made; not with faults "
-          "that cameras see");
     field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
           "time the vehicle holds the last pose once docked, before the trial ends");
     field("optics", self.optics, Range{},

@@ -79,8 +79,6 @@ class World {
     const Pose X_WH = plant_.truth().X_WB * scene_.X_BH;
     return navigation_sensor_.Read(plant_.time_s(), scene_.X_WM.Inverse() * X_WH);
   }
-  // Whether RenderImages makes less than whole images where less is asked for.
-  bool exposes_parts() const { return !cameras_->images.on() && cameras_->camera.exposes_parts(); }
   Pose true_X_HM() const { return (plant_.truth().X_WB * scene_.X_BH).Inverse() * plant_.X_WM(); }
   const vehicle::Plant& plant() const { return plant_; }
   const vehicle::Scene& scene() const { return scene_; }

@@ -1,5 +1,6 @@
 // Every bundled model and scenario loads, survives a round trip and takes a step.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include "experiments/trial/world.h"
 #include "sim/vehicle/scene.h"
 #include "tests/control/published_vehicle.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::trial {
 namespace {
@@ -208,6 +210,13 @@ TEST(PaperScenarios, FlyThePublishedLawAndProcedure) {
     const vehicle::SeaParams sea = LoadScenario("sea_night_active", {}).sea;
     EXPECT_EQ(config::SaveYaml(scenario.sea), config::SaveYaml(sea));
   }
+}
+
+// A key of an older version is refused, also with the value that it had by default.
+TEST(OldScenario, WithAKeyThatIsGoneIsRefusedByName) {
+  for (const std::string value : {"true", "false"})
+    EXPECT_THAT(testing::MessageOf([&] { LoadScenario("pool_active", {"look_first=" + value}); }),
+                ::testing::HasSubstr("look_first: unknown key"));
 }
 
 TEST(StartPose, IsWithinItsBoundsForEverySeed) {
