@@ -176,7 +176,7 @@ void RunningTrial::Set(const std::string& assignment) {
   const std::string key = KeyIn(assignment);
   switch (PartOf(key, settings_.plugins)) {
     case Part::kOptics:
-      world_.SetOptics(next.light);
+      world_.SetOptics(next);
       break;
     case Part::kSea:
       world_.SetSea(next.sea);

@@ -141,9 +141,9 @@ void World::RenderImages(const Snapshot& snapshot, int64_t number,
   cameras_->images.Apply(snapshot.time_s, out);
 }
 
-light::Water World::WaterAt(double time_s) const {
-  const light::LightsNow lights = light::LightsAt(optics_.ball_lights, faults_.lights, time_s);
-  light::OpticsParams optics = optics_;
+light::Water World::WaterAt(const light::OpticsParams& sound, double time_s) const {
+  const light::LightsNow lights = light::LightsAt(sound.ball_lights, faults_.lights, time_s);
+  light::OpticsParams optics = sound;
   optics.ball_lights = lights.balls;
   return {optics, scene_.rig, light::SurfaceTable::FromScene(scene_, distractors_),
           light::LampPoses(scene_), lights.lamp_factors};
@@ -159,7 +159,7 @@ void World::Disturb(double time_s) {
   if (now != disturbance_) {
     disturbance_ = now;
     scene_.rig = camera::Misaligned(rig_, camera::HoldingAt(faults_.misalignments, time_s));
-    cameras_->camera.SetWater(WaterAt(time_s));
+    cameras_->camera.SetWater(WaterAt(optics_, time_s));
   }
   if (!faults_.ambient_light.empty())
     cameras_->camera.SetDaylight(light::DaylightAt(faults_.ambient_light, time_s));
@@ -170,10 +170,11 @@ void World::Disturb(double time_s) {
   cameras_->renderer.Place(std::move(placed));
 }
 
-void World::SetOptics(const light::OpticsParams& optics) {
-  optics_ = optics;
+void World::SetOptics(const Scenario& scenario) {
+  CheckLamps(scenario, scene_);
+  if (cameras_) cameras_->camera.SetWater(WaterAt(scenario.light, plant_.time_s()));
+  optics_ = scenario.light;
   disturbance_ = {};  // lights and rig anew at the next image
-  if (cameras_) cameras_->camera.SetWater(WaterAt(plant_.time_s()));
 }
 
 // The scene's own view of the dock, from as much farther back as the vehicle needs to be in it, and

@@ -50,9 +50,10 @@ class World {
                     const std::optional<StereoRegion>& region, StageTimer* timer, StereoImage* out);
   const Image3u8* DrawSpectator();  // null without one
 
-  // Other water and lights from the next image on, another sea from the next tick on. Checked
-  // before (CheckFields).
-  void SetOptics(const light::OpticsParams& optics);
+  // The scenario's water and lights from the next image on, another sea from the next tick on.
+  // Fields are checked before (CheckFields). ConfigError for lights that a trial could not begin
+  // with; nothing has changed then.
+  void SetOptics(const Scenario& scenario);
   void SetSea(const vehicle::SeaParams& sea) { plant_.SetSea(sea); }
 
   // A steady wrench on the vehicle, until another.
@@ -108,7 +109,7 @@ class World {
     bool operator==(const Disturbance&) const = default;
   };
   void Disturb(double time_s);
-  light::Water WaterAt(double time_s) const;
+  light::Water WaterAt(const light::OpticsParams& sound, double time_s) const;
 
   SeedTree seeds_;
   ClockParams clock_;
