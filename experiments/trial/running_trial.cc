@@ -213,9 +213,7 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
 void WriteRecords(const std::string& folder, const Scenario& scenario, const TrialResult& result) {
   const std::filesystem::path out(folder);
   system::MakeFolder(folder);
-  Scenario resolved = scenario;
-  resolved.model_files = ModelFilesOf(scenario);
-  system::WriteWhole(out / "resolved.yaml", SaveScenario(resolved));
+  system::WriteWhole(out / "resolved.yaml", SaveResolved(scenario));
   system::WriteWhole(out / "trajectory.csv", Series::Of(result.log).Csv());
   system::WriteWhole(out / "result.json", report::JsonText(result));
 }

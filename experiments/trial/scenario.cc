@@ -372,6 +372,12 @@ std::string ChangedModels(const Scenario& scenario) {
 
 std::string SaveScenario(const Scenario& scenario) { return config::SaveYaml(scenario); }
 
+std::string SaveResolved(const Scenario& scenario) {
+  Scenario resolved = scenario;
+  resolved.model_files = ModelFilesOf(scenario);
+  return SaveScenario(resolved);
+}
+
 std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins) {
   Scenario defaults;
   defaults.plugins = plugins.WithDefaults();

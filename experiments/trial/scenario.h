@@ -338,6 +338,8 @@ vehicle::SceneFiles SceneFilesOf(const Scenario& scenario);
 
 // What it is made from now. ConfigError as of vehicle::ContentsOf.
 std::vector<ModelFile> ModelFilesOf(const Scenario& scenario);
+// What is kept of a trial's scenario, resolved.yaml: SaveScenario with what it is made from now.
+std::string SaveResolved(const Scenario& scenario);
 // A sentence that names those that its `model_files` have otherwise; empty where there are none.
 std::string ChangedModels(const Scenario& scenario);
 
