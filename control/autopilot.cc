@@ -115,6 +115,7 @@ ThrusterCommand Autopilot::Update(const PoseEstimate& estimate, const Excitation
                                   const std::optional<NavigationReading>& reading) {
   const RollPitch level = LevellingMoment(levelling_, vehicle_, attitude);
   const Outlook outlook = OutlookAt(estimate, reading);
+  uncorrected_MH_ = outlook.navigated_MH;
   directive_ = &procedure_.Update(estimate, outlook);
   demand_.setZero();
   if (directive_->trusted) Observe(estimate);

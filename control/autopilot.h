@@ -64,6 +64,8 @@ class Autopilot {
   const Reference& reference() const { return reference_; }
   // The camera head in the marker's frame by navigation; nothing without one.
   std::optional<AxesPose> navigated_MH() const;
+  // The same before the frame's estimate corrected it.
+  const std::optional<AxesPose>& uncorrected_MH() const { return uncorrected_MH_; }
   const Axes& demand() const { return demand_; }  // of the controller, zero without control
   const Allocation& allocation() const { return *allocation_; }
 
@@ -92,6 +94,7 @@ class Autopilot {
   std::unique_ptr<Controller> controller_;
   std::unique_ptr<Allocation> allocation_;
   std::optional<NavigationLoop> navigation_;
+  std::optional<AxesPose> uncorrected_MH_;
   bool forces_;  // the controller asks for forces, not for volts
   bool observed_ = false;
   const Directive* directive_ = nullptr;

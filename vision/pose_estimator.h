@@ -15,8 +15,6 @@ class PoseEstimator {
   virtual ~PoseEstimator() = default;
   // Processes the next frame. Images that are not of the rig's size are a ConfigError.
   virtual const PoseEstimate& Update(const StereoImage& seen) = 0;
-  // A frame in which there is nothing to be seen passes by and is not handed over.
-  virtual void Skip() {}
   // Forgets what was learnt from earlier frames (the random stream goes on).
   virtual void Reset() = 0;
   // The pixels that the next Update can read at most; nothing: any. Whoever makes the images need

@@ -37,8 +37,6 @@ class RmGa : public PoseEstimator {
   RmGa& operator=(const RmGa&) = delete;
 
   const PoseEstimate& Update(const StereoImage& seen) override;
-  // As a frame in which the search found nothing.
-  void Skip() override { detection_.Update({}); }
   // The next frame starts from a random population.
   void Reset() override;
   std::optional<StereoRegion> RegionOfInterest() const override { return track_.region(); }

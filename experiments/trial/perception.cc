@@ -82,8 +82,6 @@ Perception::Perception(const Scenario& scenario, const TrialOptions& options, Wo
     const std::string name = scenario.estimator_name();
     estimator_ = scenario.MakeEstimator(name, seeds.Stream("vision." + name));
     estimator_->set_timer(options.timer);
-    if (scenario.look_first && !scenario.faults.seen())
-      first_look_.emplace(scenario.marker, scenario.hue, scenario.rig.MakeRig());
   } else {
     true_pose_.emplace(scenario.true_pose, scenario.marker, scenario.rig.MakeRig(),
                        scenario.image_clock().frame_s(), seeds.Stream("true_pose"));
@@ -119,19 +117,8 @@ std::string Perception::name() const {
 void Perception::ProcessImages(int64_t number, bool whole) {
   std::swap(latest_, before_);
   seen_ = &latest_;
-  const auto make = [&](const std::optional<StereoRegion>& part) {
-    world_.RenderImages(*Slot(number), number, whole ? std::nullopt : part, timer_, &latest_);
-  };
-  // the first frame is searched, whatever it shows: there must be an estimate
-  const bool looks = first_look_ && estimate_ != nullptr && !estimate_->detected &&
-                     !estimator_->RegionOfInterest();
-  if (looks) {
-    const Pose& X_HM = Slot(number)->true_X_HM;
-    whole = whole || !world_.exposes_parts();
-    make(first_look_->RegionOf(X_HM));
-    if (first_look_->Fitness(latest_, X_HM) < FirstLook::kLeastFitness) return SeeNothing(number);
-  }
-  if (!looks || !whole) make(estimator_->RegionOfInterest());
+  const auto region = whole ? std::nullopt : estimator_->RegionOfInterest();
+  world_.RenderImages(*Slot(number), number, region, timer_, &latest_);
   for (const Side side : kSides) {
     const bool again = noisy_ && latest_[side] == before_[side];
     repeats_[side] = again ? repeats_[side] + 1 : 0;
@@ -142,19 +129,6 @@ void Perception::ProcessImages(int64_t number, bool whole) {
     seen_ = &moving_;
   }
   estimate_ = &estimator_->Update(*seen_);
-}
-
-void Perception::SeeNothing(int64_t number) {
-  estimator_->Skip();
-  nothing_ = *estimate_;
-  nothing_.frame = number;
-  nothing_.fitness = kNothing;
-  std::ranges::fill(nothing_.ball_fitness, kNothing);
-  std::ranges::fill(nothing_.ball_support, 0);
-  nothing_.covariance.reset();
-  nothing_.second.reset();
-  nothing_.evaluations = 0;
-  estimate_ = &nothing_;
 }
 
 std::string Perception::RepeatRemark() const {

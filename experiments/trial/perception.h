@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/trial/first_look.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/world.h"
 #include "sim/base/camera.h"
@@ -100,7 +99,6 @@ class Perception {
   Snapshot* Slot(int64_t number);
   void Process(int64_t frame);
   void ProcessImages(int64_t number, bool whole);
-  void SeeNothing(int64_t number);
 
   World& world_;
   StageTimer* timer_;
@@ -117,8 +115,6 @@ class Perception {
   std::vector<Snapshot> snapshots_;
   std::unique_ptr<vision::PoseEstimator> estimator_;
   std::optional<TruePose> true_pose_;
-  std::optional<FirstLook> first_look_;
-  PoseEstimate nothing_;  // of a frame that was not searched
   const PoseEstimate* estimate_ = nullptr;
   double image_time_s_ = 0;
   Pose true_at_image_X_HM_;

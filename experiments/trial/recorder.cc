@@ -62,7 +62,6 @@ TrialRecorder::TrialRecorder(const Scenario& scenario)
       clock.FramesFor(scenario.duration_s) + clock.FramesFor(scenario.docked_hold_s);
   result_.log.frames.reserve(static_cast<size_t>(std::min(most_frames, kReservedFrames)));
   result_.seed = scenario.seed;
-  result_.start = AxesPose::Of(DrawStart(scenario));
 }
 
 void TrialRecorder::Add(const Change& change) {
@@ -92,8 +91,8 @@ void TrialRecorder::NoteHandover(const FrameRecord& record) {
     result_.first_sight_m = record.true_at_image_X_HM.p.norm();
   if (result_.handover_time_s || control::IsBeforeFound(record.stage)) return;
   result_.handover_time_s = record.time_s;
-  if (!record.navigated_MH) return;
-  const AxesPose error = *record.navigated_MH - AxesPose::Of(record.true_X_HM.Inverse());
+  if (!record.uncorrected_MH) return;
+  const AxesPose error = *record.uncorrected_MH - AxesPose::Of(record.true_X_HM.Inverse());
   result_.handover_navigation_error_m = error.distance_m();
   result_.handover_navigation_error_rad = error.yaw_rad;
 }

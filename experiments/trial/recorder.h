@@ -44,7 +44,7 @@ class TrialRecorder {
 
   // Their names, before the first frame.
   void SetThrusters(std::vector<std::string> names) { result_.log.thrusters = std::move(names); }
-  // Where it begins, of a trial that does not draw it: the camera head in the marker's frame.
+  // Where it begins: the camera head in the marker's frame.
   void SetStart(const Pose& X_MH) { result_.start = AxesPose::Of(X_MH); }
   void Add(const control::Transition& change) { result_.transitions.push_back(change); }
   // A setting that was changed; part of the digest.

@@ -63,7 +63,7 @@ RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
       rules_(scenario_),
       command_(ThrusterCommand::Neutral(world_.scene().thrusters.size())) {
   recorder_.SetThrusters(vehicle::NamesOf(world_.scene().thrusters));
-  if (scenario_.start.placed()) recorder_.SetStart(world_.true_X_HM().Inverse());
+  recorder_.SetStart(StartOf(scenario_, world_.scene(), world_.plant().X_WM()).X_MH);
   if (const auto commands = scenario_.plugins.Spec().commands)
     commands_ = commands(ModelOf(scenario_.known_vehicle, world_.scene()), scenario_.duration_s);
   if (options_.on_remark)
@@ -90,6 +90,7 @@ FrameRecord RunningTrial::RecordOf(int64_t frame) const {
           .true_X_WB = truth.X_WB,
           .true_V_WB_B = truth.V_WB_B,
           .navigated_MH = autopilot_.navigated_MH(),
+          .uncorrected_MH = autopilot_.uncorrected_MH(),
           .desired = directive.desired,
           .controlled = directive.control,
           .demand = autopilot_.demand(),
@@ -176,7 +177,7 @@ void RunningTrial::Set(const std::string& assignment) {
   const std::string key = KeyIn(assignment);
   switch (PartOf(key, settings_.plugins)) {
     case Part::kOptics:
-      world_.SetOptics(next.light);
+      world_.SetOptics(next);
       break;
     case Part::kSea:
       world_.SetSea(next.sea);
@@ -213,9 +214,7 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
 void WriteRecords(const std::string& folder, const Scenario& scenario, const TrialResult& result) {
   const std::filesystem::path out(folder);
   system::MakeFolder(folder);
-  Scenario resolved = scenario;
-  resolved.model_files = ModelFilesOf(scenario);
-  system::WriteWhole(out / "resolved.yaml", SaveScenario(resolved));
+  system::WriteWhole(out / "resolved.yaml", SaveResolved(scenario));
   system::WriteWhole(out / "trajectory.csv", Series::Of(result.log).Csv());
   system::WriteWhole(out / "result.json", report::JsonText(result));
 }

@@ -34,8 +34,8 @@ class RunningTrial {
   // Lets the next frame's time pass. Not after the end.
   void Step();
 
-  // Sets a key as Changed does, from the next frame on; after a ConfigError nothing has changed.
-  // The record and the digest have every change.
+  // Sets a key as Changed does, from the next frame on; a ConfigError also for what the trial could
+  // not begin with, and nothing has changed then. The record and the digest have every change.
   void Set(const std::string& assignment);
   // A steady force [N] on the vehicle at B's origin, in W, from the next frame on, until another;
   // likewise recorded.

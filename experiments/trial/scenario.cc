@@ -243,10 +243,6 @@ void Scenario::Check(const std::string& path) const {
   CheckBrightness(faults.lights, light.ball_lights, lights);
   for (size_t i = 0; i < faults.distractors.fish.size(); ++i)
     CheckShine(faults.distractors.fish[i].shines_as, balls, config::ElementPath(fish, i));
-  if (const std::string search = plugins.estimators().front();
-      look_first && estimator_name() != search)
-    throw ConfigError(JoinKey(path, "look_first"),
-                      "true needs pose_estimator = " + search + ", not " + estimator_name());
   if (pose_source == PoseSource::kTruePose && faults.seen())
     throw ConfigError(JoinKey(path, "faults"),
                       "with pose_source = true_pose only thrusters can fail: nothing is seen");
@@ -359,22 +355,16 @@ std::string ChangedModels(const Scenario& scenario) {
 
 std::string SaveScenario(const Scenario& scenario) { return config::SaveYaml(scenario); }
 
+std::string SaveResolved(const Scenario& scenario) {
+  Scenario resolved = scenario;
+  resolved.model_files = ModelFilesOf(scenario);
+  return SaveScenario(resolved);
+}
+
 std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins) {
   Scenario defaults;
   defaults.plugins = plugins.WithDefaults();
   return config::internal::ListGroupKeys(config::GroupOf(&defaults));
-}
-
-Pose DrawStart(const Scenario& scenario) {
-  Rng rng = SeedTree(static_cast<uint64_t>(scenario.seed)).Stream("start");
-  const StartParams& s = scenario.start;
-  const double distance_m = rng.Uniform(s.distance_min_m, s.distance_max_m);
-  const double y_m = rng.Uniform(-s.lateral_m, s.lateral_m);
-  const double z_m = rng.Uniform(-s.vertical_m, s.vertical_m);
-  const double yaw_rad = rng.Uniform(-s.heading_rad, s.heading_rad);
-  const double pitch_rad = rng.Uniform(-s.pitch_rad, s.pitch_rad);
-  const double roll_rad = rng.Uniform(-s.roll_rad, s.roll_rad);
-  return {FromYawPitchRoll(yaw_rad, pitch_rad, roll_rad), {-distance_m, y_m, z_m}};
 }
 
 }  // namespace turbidock::trial

@@ -13,8 +13,8 @@
 #include "control/approach.h"
 #include "control/autopilot.h"
 #include "control/docking_procedure.h"
-#include "experiments/config/given_keys.h"
 #include "control/levelling.h"
+#include "experiments/config/given_keys.h"
 #include "experiments/config/group_ref.h"
 #include "experiments/trial/faults.h"
 #include "experiments/trial/plugins.h"
@@ -159,7 +159,6 @@ struct Scenario {
   int camera_delay_frames = 1;
   double camera_drop_probability = 0;
   bool region_of_interest = true;
-  bool look_first = false;
   double docked_hold_s = 1;
   OpticsPreset optics = OpticsPreset::kPublished;
   view::GlBackend renderer = view::GlBackend::kOsmesa;
@@ -188,7 +187,7 @@ struct Scenario {
   vehicle::VehicleData known_vehicle;  // as the controller knows it
   JamParams jam;
   Faults faults;
-  Plugins plugins;  // keys controller, pose_estimator and a group of each one's
+  Plugins plugins;          // keys controller, pose_estimator and a group of each one's
   config::GivenKeys given;  // no keys of its own
 
   static void Fields(auto& self, auto&& field) {
@@ -215,10 +214,6 @@ struct Scenario {
           "frames from exposure until the estimator has the image");
     field("region_of_interest", self.region_of_interest, Finite(),
           "whether only the pixels are made that the estimator can read; the result is the same");
-    field("look_first", self.look_first, Finite(),
-          "whether, while the search looks for the marker, it is spared the images in which it "
-          "cannot be seen (F at its true pose below 0.22), and they are not made; not with faults "
-          "that cameras see");
     field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
           "time the vehicle holds the last pose once docked, before the trial ends");
     field("optics", self.optics, Range{},
@@ -328,11 +323,10 @@ vehicle::SceneFiles SceneFilesOf(const Scenario& scenario);
 // What it is made from now: its models with all that they include, and every file that a key names.
 // ConfigError as of vehicle::ContentsOf.
 std::vector<ModelFile> ModelFilesOf(const Scenario& scenario);
+// What is kept of a trial's scenario, resolved.yaml: SaveScenario with what it is made from now.
+std::string SaveResolved(const Scenario& scenario);
 // A sentence that names those that its `model_files` have otherwise; empty where there are none.
 std::string ChangedModels(const Scenario& scenario);
-
-// Where the camera head begins, in the marker's frame, drawn from the scenario's seed.
-Pose DrawStart(const Scenario& scenario);
 
 }  // namespace turbidock::trial
 

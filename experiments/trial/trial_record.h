@@ -36,7 +36,8 @@ struct FrameRecord {
   Pose true_X_HM;
   Pose true_X_WB;
   Twist true_V_WB_B;
-  std::optional<AxesPose> navigated_MH;  // the camera head in M, where there is a navigation
+  std::optional<AxesPose> navigated_MH;    // the camera head in M, where there is a navigation
+  std::optional<AxesPose> uncorrected_MH;  // the same before the frame's estimate corrected it
   AxesPose desired;
   bool controlled = false;  // false: the vehicle searches or drifts instead of following `desired`
   control::Axes demand = control::Axes::Zero();  // of the controller; zero without control
@@ -234,7 +235,7 @@ struct TrialRecord {
           "true distance of the marker at the first image in which F reached found_fitness");
     field("handover_time_s", self.handover_time_s, kMetric, "when servoing first began");
     field("handover_navigation_error_m", self.handover_navigation_error_m, kMetric,
-          "how far off navigation had the camera head then");
+          "how far off navigation had the camera head then, before vision corrected it");
     field("handover_navigation_error_rad", self.handover_navigation_error_rad, kMetric,
           "and its heading, positive to the left");
     field("searches", self.searches, kMetric,

@@ -37,7 +37,44 @@ void CheckLamps(const Scenario& scenario, const vehicle::Scene& scene) {
   }
 }
 
+// The camera head in the marker's frame.
+Pose DrawStart(const Scenario& scenario) {
+  Rng rng = SeedTree(static_cast<uint64_t>(scenario.seed)).Stream("start");
+  const StartParams& s = scenario.start;
+  const double distance_m = rng.Uniform(s.distance_min_m, s.distance_max_m);
+  const double y_m = rng.Uniform(-s.lateral_m, s.lateral_m);
+  const double z_m = rng.Uniform(-s.vertical_m, s.vertical_m);
+  const double yaw_rad = rng.Uniform(-s.heading_rad, s.heading_rad);
+  const double pitch_rad = rng.Uniform(-s.pitch_rad, s.pitch_rad);
+  const double roll_rad = rng.Uniform(-s.roll_rad, s.roll_rad);
+  return {FromYawPitchRoll(yaw_rad, pitch_rad, roll_rad), {-distance_m, y_m, z_m}};
+}
+
+vehicle::Plant PlantOf(const Scenario& scenario, const vehicle::Scene& scene) {
+  const SeedTree seeds(static_cast<uint64_t>(scenario.seed));
+  return {scene,
+          scenario.vehicle,
+          scenario.clock,
+          SeaOf(scenario, seeds.Stream("sea")),
+          {scenario.mooring, HeadingOf(scene.X_WD), seeds.Stream("mooring")}};
+}
+
 }  // namespace
+
+Start StartOf(const Scenario& scenario, const vehicle::Scene& scene, const Pose& X_WM) {
+  if (scenario.start.placed()) {
+    const Pose X_WB = scenario.start.placed_X_WB();
+    return {.X_MH = X_WM.Inverse() * X_WB.Canonical() * scene.X_BH, .X_WB = X_WB};
+  }
+  const Pose X_MH = DrawStart(scenario);
+  return {.X_MH = X_MH, .X_WB = X_WM * X_MH * scene.X_BH.Inverse()};
+}
+
+Pose StartPose(const Scenario& scenario) {
+  if (!scenario.start.placed()) return DrawStart(scenario);
+  const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig);
+  return StartOf(scenario, scene, PlantOf(scenario, scene).X_WM()).X_MH;
+}
 
 World::Cameras::Cameras(const Scenario& scenario, const vehicle::Scene& scene,
                         const std::vector<view::Distractor>& distractors, const SeedTree& seeds)
@@ -58,8 +95,7 @@ World::World(const Scenario& scenario, const TrialOptions& options)
           view::DistractorsOf(faults_.distractors, scene_, seeds_.Stream("faults").NextU64())),
       optics_(scenario.light),
       rig_(scene_.rig),
-      plant_(scene_, scenario.vehicle, clock_, SeaOf(scenario, seeds_.Stream("sea")),
-             {scenario.mooring, HeadingOf(scene_.X_WD), seeds_.Stream("mooring")}),
+      plant_(PlantOf(scenario, scene_)),
       attitude_sensor_(scenario.attitude_sensor, seeds_.Stream("attitude")),
       navigation_sensor_(scenario.navigation, seeds_.Stream("navigation")) {
   CheckMarker(scenario, scene_);
@@ -78,10 +114,7 @@ void World::PlaceVehicle(const Pose& X_MH) {
 }
 
 void World::PlaceAtStart(const Scenario& scenario) {
-  if (scenario.start.placed())
-    plant_.Reset(scenario.start.placed_X_WB());
-  else
-    PlaceVehicle(DrawStart(scenario));
+  plant_.Reset(StartOf(scenario, scene_, plant_.X_WM()).X_WB);
   plant_.SetVelocity(scenario.start.V_WB_B());
 }
 
@@ -108,9 +141,9 @@ void World::RenderImages(const Snapshot& snapshot, int64_t number,
   cameras_->images.Apply(snapshot.time_s, out);
 }
 
-light::Water World::WaterAt(double time_s) const {
-  const light::LightsNow lights = light::LightsAt(optics_.ball_lights, faults_.lights, time_s);
-  light::OpticsParams optics = optics_;
+light::Water World::WaterAt(const light::OpticsParams& sound, double time_s) const {
+  const light::LightsNow lights = light::LightsAt(sound.ball_lights, faults_.lights, time_s);
+  light::OpticsParams optics = sound;
   optics.ball_lights = lights.balls;
   return {optics, scene_.rig, light::SurfaceTable::FromScene(scene_, distractors_),
           light::LampPoses(scene_), lights.lamp_factors};
@@ -126,7 +159,7 @@ void World::Disturb(double time_s) {
   if (now != disturbance_) {
     disturbance_ = now;
     scene_.rig = camera::Misaligned(rig_, camera::HoldingAt(faults_.misalignments, time_s));
-    cameras_->camera.SetWater(WaterAt(time_s));
+    cameras_->camera.SetWater(WaterAt(optics_, time_s));
   }
   if (!faults_.ambient_light.empty())
     cameras_->camera.SetDaylight(light::DaylightAt(faults_.ambient_light, time_s));
@@ -137,10 +170,11 @@ void World::Disturb(double time_s) {
   cameras_->renderer.Place(std::move(placed));
 }
 
-void World::SetOptics(const light::OpticsParams& optics) {
-  optics_ = optics;
+void World::SetOptics(const Scenario& scenario) {
+  CheckLamps(scenario, scene_);
+  if (cameras_) cameras_->camera.SetWater(WaterAt(scenario.light, plant_.time_s()));
+  optics_ = scenario.light;
   disturbance_ = {};  // lights and rig anew at the next image
-  if (cameras_) cameras_->camera.SetWater(WaterAt(plant_.time_s()));
 }
 
 // The scene's own view of the dock, from as much farther back as the vehicle needs to be in it, and

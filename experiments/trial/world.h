@@ -50,9 +50,10 @@ class World {
                     const std::optional<StereoRegion>& region, StageTimer* timer, StereoImage* out);
   const Image3u8* DrawSpectator();  // null without one
 
-  // Other water and lights from the next image on, another sea from the next tick on. Checked
-  // before (CheckFields).
-  void SetOptics(const light::OpticsParams& optics);
+  // The scenario's water and lights from the next image on, another sea from the next tick on.
+  // Fields are checked before (CheckFields). ConfigError for lights that a trial could not begin
+  // with; nothing has changed then.
+  void SetOptics(const Scenario& scenario);
   void SetSea(const vehicle::SeaParams& sea) { plant_.SetSea(sea); }
 
   // A steady wrench on the vehicle, until another.
@@ -79,8 +80,6 @@ class World {
     const Pose X_WH = plant_.truth().X_WB * scene_.X_BH;
     return navigation_sensor_.Read(plant_.time_s(), scene_.X_WM.Inverse() * X_WH);
   }
-  // Whether RenderImages makes less than whole images where less is asked for.
-  bool exposes_parts() const { return !cameras_->images.on() && cameras_->camera.exposes_parts(); }
   Pose true_X_HM() const { return (plant_.truth().X_WB * scene_.X_BH).Inverse() * plant_.X_WM(); }
   const vehicle::Plant& plant() const { return plant_; }
   const vehicle::Scene& scene() const { return scene_; }
@@ -110,7 +109,7 @@ class World {
     bool operator==(const Disturbance&) const = default;
   };
   void Disturb(double time_s);
-  light::Water WaterAt(double time_s) const;
+  light::Water WaterAt(const light::OpticsParams& sound, double time_s) const;
 
   SeedTree seeds_;
   ClockParams clock_;
@@ -127,6 +126,17 @@ class World {
   std::optional<view::SpectatorRenderer> spectator_;
   Image3u8 spectator_image_;
 };
+
+// Where a trial begins, drawn from the scenario's seed or placed (start.position_m): the camera
+// head in the marker's frame, the vehicle in the world. X_WM: of the marker then.
+struct Start {
+  Pose X_MH, X_WB;
+};
+Start StartOf(const Scenario& scenario, const vehicle::Scene& scene, const Pose& X_WM);
+
+// The camera head in the marker's frame when the scenario's trial begins. Reads its scene where the
+// start is placed.
+Pose StartPose(const Scenario& scenario);
 
 // What the controller is told of the vehicle.
 // From nominal data, with the thrusters and the camera head where the scene has them. The data need

@@ -68,8 +68,6 @@ class StereoCamera {
   StereoRegion whole() const { return water_.whole(); }
   // What must have been seen of a frame to expose a region.
   StereoRegion Seen(const StereoRegion& region, int64_t frame) const;
-  // Whether there are frames of which less than all must be seen.
-  bool exposes_parts() const { return !PaintsWhole(); }
 
   const light::Water& water() const { return water_; }
 

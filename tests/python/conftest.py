@@ -100,11 +100,12 @@ def program():
     path = os.environ.get("PROGRAM", "build/bin/turbidock")
     assert os.path.exists(path), f"{path}: build it first, or say where it is in PROGRAM"
 
-    def run(scenario, **settings):
+    def run(scenario, out=None, **settings):
         sets = [word for key, value in settings.items()
                 for word in ("--set", f"{key.replace('__', '.')}={value}")]
-        out = subprocess.run([path, "run", scenario, *sets, "--json", "--quiet"], check=True,
-                             capture_output=True, text=True).stdout
-        return json.loads(out)
+        to = ["--out", str(out)] if out else []
+        text = subprocess.run([path, "run", scenario, *sets, *to, "--json", "--quiet"], check=True,
+                              capture_output=True, text=True).stdout
+        return json.loads(text)
 
     return run

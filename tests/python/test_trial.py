@@ -37,6 +37,20 @@ def test_the_log_has_every_digit(tmp_path):
     assert pickle.loads(pickle.dumps(ours)).trajectory.equals(rows)
 
 
+def test_its_files_are_the_programs_own(tmp_path, program):
+    settings = {**QUICK, "duration_s": 0.2}
+    program("pool_active", seed=3, out=tmp_path / "theirs", **settings)
+    theirs = (tmp_path / "theirs/resolved.yaml").read_text("utf-8")
+    turbidock.run("pool_active", seed=3, settings=settings).save(tmp_path / "ours")
+    assert (tmp_path / "ours/resolved.yaml").read_text("utf-8") == theirs
+    assert "file: vehicle.xml" in theirs
+    with turbidock.Trial("pool_active", seed=3, settings=settings) as trial:
+        for _ in trial:
+            pass
+        trial.result().save(tmp_path / "stepped")
+    assert (tmp_path / "stepped/resolved.yaml").read_text("utf-8") == theirs
+
+
 def test_stepped_with_images_it_is_the_same_trial(program):
     theirs = program("pool_active", seed=5, duration_s=1.5)
     trial = turbidock.Trial("pool_active", seed=5, settings={"duration_s": 1.5}, images=True)

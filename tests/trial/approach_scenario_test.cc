@@ -52,6 +52,36 @@ TEST(ApproachScenario, DocksFromFiveMetres) {
   EXPECT_LT(searched, 10);
 }
 
+// By a second route: the log's last pose by navigation before the hand-over, against the truth of
+// its frame. With hardly any noise the two differ by less than what the cameras correct in a frame.
+TEST(ApproachScenario, TheHandoverErrorIsThatBeforeTheCamerasCorrectIt) {
+  for (const int period : {1, 3}) {
+    for (const int delay : {0, 3}) {
+      for (int seed = 1; seed <= 3; ++seed) {
+        SCOPED_TRACE(::testing::Message() << period << " " << delay << " " << seed);
+        const TrialResult result = RunOnTruePose(
+            "approach_5m", seed,
+            {"navigation.position_noise_std_m=0.001", "navigation.position_walk_m=0",
+             "navigation.travel_error_std=0", "navigation.position_bias_std_m=0.3",
+             "navigation.heading_noise_std_rad=0.0001", "navigation.depth_noise_std_m=0.001",
+             "approach.navigator.acceleration_mps2=1", "true_pose.farthest_m=1.3",
+             "camera_period_frames=" + std::to_string(period),
+             "camera_delay_frames=" + std::to_string(delay)});
+        ASSERT_TRUE(result.handover_time_s && result.handover_navigation_error_m);
+        AxesPose before;
+        for (const FrameRecord& frame : result.log.frames) {
+          if (!control::IsBeforeFound(frame.stage)) break;
+          if (frame.frame % period == 0 && frame.navigated_MH)
+            before = *frame.navigated_MH - AxesPose::Of(frame.true_X_HM.Inverse());
+        }
+        ASSERT_GT(before.distance_m(), 0.05);
+        EXPECT_NEAR(*result.handover_navigation_error_m / before.distance_m(), 1, 0.02);
+        EXPECT_NEAR(*result.handover_navigation_error_rad / before.yaw_rad, 1, 0.02);
+      }
+    }
+  }
+}
+
 TEST(ApproachScenario, WithoutOneNobodyDocksFromThere) {
   for (int seed = 1; seed <= 3; ++seed) {
     const TrialResult result =

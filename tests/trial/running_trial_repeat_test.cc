@@ -123,6 +123,77 @@ TEST(RunningTrial, RefusesWhatItCannotFollow) {
   EXPECT_EQ(trial.Finish().digest, RunTrial(Short()).digest);
 }
 
+// Values about the limits of what can be: a lamp in the hull, behind a docked vehicle's marker, a
+// light for a ball that the scene does not have.
+const std::vector<std::string> kTried = {
+    "lamps.shift_m=[0.02, 0, 0]",
+    "lamps.shift_m=[-0.25, -0.1, -0.05]",
+    "lamps.shift_m=[-0.2, -0.05, 0]",
+    "lamps.shift_m=[0.28, 0, 0]",
+    "lamps.shift_m=[5, 0, 0]",
+    "lamps.enabled=false",
+    "lamps.intensity_w_sr=[-1, 0, 0]",
+    "ball_lights.balls=[{name: purple, color: [1, 0, 1]}]",
+    "ball_lights.balls=[{name: red, color: [1, 0, 0]}]",
+    "ball_lights.balls[0].name=violet",
+    "ball_lights.balls[0].current_factor=3",
+    "ball_lights.balls[0].current_factor=300",
+    "ball_lights.enabled=false",
+    "water.milk_ml_m3=60",
+    "water.milk_ml_m3=6000",
+    "sea.state=rough",
+    "sea.state=stormy",
+    "sea.current.gust_std_mps=3",
+    "sea.waves=[{height_m: 0.1, period_s: 0.1}]",
+    "controller=p_voltage",
+    "controller=pid",
+    "controller=none",
+    "pid.surge.kp_per_s2=-1",
+    "lqg.sway.effort_share=0",
+    "levelling.kp_per_s2=5",
+    "levelling.kp_per_s2=500",
+};
+
+// Tries each on a trial under way; returns how many it refuses.
+int RefusalsOf(const std::string& scenario, std::vector<std::string> settings) {
+  settings.insert(settings.begin(),
+                  {"duration_s=0.3", "seed=3", "rig.width_px=160", "rig.height_px=120",
+                   "lamps.enabled=true", "lamps.shift_m=[0, 0, 0]", "ball_lights.enabled=true",
+                   "procedure.docking_x_m=0.25", "procedure.docked_x_m=0.25"});
+  const Scenario base = LoadScenario(scenario, settings);
+  const std::string digest = RunTrial(base).digest;
+  int refused = 0;
+  for (const std::string& tried : kTried) {
+    SCOPED_TRACE(scenario + " " + tried);
+    std::vector<std::string> from_the_start = settings;
+    from_the_start.push_back(tried);
+    const std::string at_the_start =
+        testing::MessageOf([&] { RunningTrial trial(LoadScenario(scenario, from_the_start)); });
+    RunningTrial trial(base);
+    for (int i = 0; i < 2; ++i) trial.Step();
+    const std::string while_it_runs = testing::MessageOf([&] { trial.Set(tried); });
+    EXPECT_EQ(while_it_runs == "no error", at_the_start == "no error")
+        << "at the start: " << at_the_start << "; while it runs: " << while_it_runs;
+    if (while_it_runs == "no error") continue;
+    ++refused;
+    EXPECT_TRUE(trial.changes().empty());
+    EXPECT_NO_THROW({
+      while (!trial.ended()) trial.Step();
+    });
+    EXPECT_EQ(trial.Finish().digest, digest);
+  }
+  return refused;
+}
+
+// With faults of a light and of the rig the world computes its light anew from what it has stored.
+TEST(RunningTrial, SetTakesWhatAStartTakesAndARefusalChangesNothing) {
+  const std::vector<std::string> faults = {
+      "faults.lights=[{light: lamp_left, factor: 0.5, begin_s: 0.1}]",
+      "faults.misalignments=[{camera: left, begin_s: 0.2}]"};
+  EXPECT_GE(RefusalsOf("sea_night_passive", faults), 12);
+  EXPECT_GE(RefusalsOf("bluerov2_sea_night", {"pose_source=true_pose"}), 9);
+}
+
 TEST(RunningTrial, CutOffItIsInterrupted) {
   RunningTrial trial(Short());
   for (int i = 0; i < 10; ++i) trial.Step();

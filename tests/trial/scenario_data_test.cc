@@ -1,5 +1,6 @@
 // Every bundled model and scenario loads, survives a round trip and takes a step.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -13,6 +14,7 @@
 #include "experiments/trial/world.h"
 #include "sim/vehicle/scene.h"
 #include "tests/control/published_vehicle.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::trial {
 namespace {
@@ -212,11 +214,18 @@ TEST(PaperScenarios, FlyThePublishedLawAndProcedure) {
   }
 }
 
+// A key of an older version is refused, also with the value that it had by default.
+TEST(OldScenario, WithAKeyThatIsGoneIsRefusedByName) {
+  for (const std::string value : {"true", "false"})
+    EXPECT_THAT(testing::MessageOf([&] { LoadScenario("pool_active", {"look_first=" + value}); }),
+                ::testing::HasSubstr("look_first: unknown key"));
+}
+
 TEST(StartPose, IsWithinItsBoundsForEverySeed) {
   for (int seed = 0; seed < 200; ++seed) {
     const char* name = seed % 2 ? "sea_night_active" : "paper_sea_night_active";
     const Scenario scenario = LoadScenario(name, {"seed=" + std::to_string(seed)});
-    const Pose X_MH = DrawStart(scenario);
+    const Pose X_MH = StartPose(scenario);
     EXPECT_GE(-X_MH.p.x(), scenario.start.distance_min_m);
     EXPECT_LE(-X_MH.p.x(), scenario.start.distance_max_m);
     EXPECT_LE(X_MH.p.norm(), 1.5);  // paper: within 1.5 m

@@ -70,7 +70,7 @@ TEST(World, AFramesContactsAreTheStrongestOfItsTicks) {
   const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig);
   vehicle::Plant plant(scene, scenario.vehicle, scenario.clock,
                        vehicle::Sea(scenario.sea, seeds.Stream("sea")));
-  plant.Reset(scene.X_WM * DrawStart(scenario) * scene.X_BH.Inverse());
+  plant.Reset(StartOf(scenario, scene, scene.X_WM).X_WB);
   ThrusterCommand ahead = ThrusterCommand::Neutral(4);
   ahead.volts[0] = ahead.volts[1] = 5;
   int touched = 0, stronger_before_the_end = 0;

@@ -58,7 +58,7 @@ class Trial(_core.Trial):
             self._by_hand = hand = _Hand()
             made._cpp.plugins.add_controller(
                 "steered", lambda: hand, [], "forces" if steered is True else steered,
-                True, False, True, True, "")
+                True, False, True, False, True, "")
             made["controller"] = "steered"
         super().__init__(made._cpp, images)
         self._scenario = made

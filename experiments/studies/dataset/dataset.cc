@@ -16,6 +16,7 @@
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/fixed_view.h"
+#include "experiments/trial/world.h"
 #include "sim/base/check.h"
 #include "sim/base/units.h"
 #include "sim/light/surfaces.h"
@@ -250,8 +251,7 @@ void MakeShard(const batch::Plan& plan, const fs::path& folder, int64_t first, i
     const trial::Scenario scenario = plan.ScenarioOf(spec);
     if (scenario.lens.k1 != 0 || scenario.lens.k2 != 0)
       throw ConfigError("lens", "must be 0: labels are those of pinhole cameras");
-    const Pose X_HM = trial::DrawStart(scenario).Inverse();
-    const std::vector<trial::FixedView> views = trial::DrawFixedViews(scenario, {X_HM});
+    const auto views = trial::DrawFixedViews(scenario, {trial::StartPose(scenario).Inverse()});
     StereoImage seen;
     trial::HoldView(views[0], scenario, SeedTree(static_cast<uint64_t>(scenario.seed)))
         .ExposeHeld(0, &seen);

@@ -12,7 +12,9 @@
 #include "experiments/media/png.h"
 #include "experiments/report/json.h"
 #include "experiments/system/output_path.h"
+#include "experiments/trial/trial.h"
 #include "sim/base/check.h"
+#include "sim/base/units.h"
 
 namespace turbidock::dataset {
 namespace {
@@ -62,6 +64,53 @@ TEST_F(Dataset, MasksByRaysAndByOpenGlAgreeWhereNothingHidesTheMarker) {
     tinted += p[1] > p[0] + 20 && p[1] > p[2] + 15;
   }
   EXPECT_GT(tinted, 4 * 4 * 300);  // four images at twice their size
+}
+
+// Marker in the camera of an image, by its labels.
+Pose LabelledPose(const Json& gt) {
+  Eigen::Matrix3d R_CM;
+  Pose X_CM;
+  for (int row = 0; row < 3; ++row) {
+    for (int col = 0; col < 3; ++col)
+      R_CM(row, col) = gt["cam_R_m2c"][static_cast<size_t>(3 * row + col)];
+    X_CM.p[row] = gt["cam_t_m2c"][static_cast<size_t>(row)].get<double>() / units::MmFromM(1);
+  }
+  X_CM.q = R_CM;
+  return X_CM;
+}
+
+// Drawn or placed, turned in any way, before a station that swings: what a dataset shows is what
+// the trial of the same plan begins with.
+TEST_F(Dataset, ShowsTheMarkerWhereTheTrialBegins) {
+  for (const std::string scenario : {"pool_active", "sea_moored_active"}) {
+    SCOPED_TRACE(scenario);
+    fs::remove_all(folder_);
+    const batch::Plan plan(
+        "schema_version: 1\ndescription: starts\nscenario: " + scenario +
+            "\nseeds: 2\nset: {duration_s: 0.1, rig.width_px: 160, rig.height_px: 120}\ncases:\n"
+            "  drawn: {start.roll_rad: 0.3, start.pitch_rad: 0.3}\n"
+            "  placed: {start.position_m: [-1.8, 0.1, -0.95]}\n"
+            "  turned: {start.position_m: [-1.5, 0.1, -0.95],"
+            " start.quaternion_wxyz: [0.96, 0.16, -0.12, 0.2]}\n",
+        "plan");
+    MakeDataset(plan, folder_.string(), {.pairs_per_shard = plan.trials()});
+    const fs::path shard = folder_ / "train_pbr/000000";
+    const Json gt = report::ParseJson(system::ReadWhole(shard / "scene_gt.json"), "gt");
+    ASSERT_EQ(std::ssize(gt), 2 * plan.trials());
+    for (int64_t i = 0; i < plan.trials(); ++i) {
+      trial::Scenario of_trial = plan.ScenarioOf(plan.Trial(i));
+      of_trial.pose_source = trial::PoseSource::kTruePose;
+      const trial::TrialResult result = trial::RunTrial(of_trial);
+      const Pose X_HM = result.log.frames.front().true_X_HM;
+      EXPECT_NEAR(result.start.x_m, X_HM.Inverse().p.x(), 1e-9);
+      for (const Side side : kSides) {
+        const Pose expected = of_trial.rig.MakeRig()[side].X_HC.Inverse() * X_HM;
+        const Pose labelled = LabelledPose(gt[std::to_string(2 * i + (side == Side::kRight))][0]);
+        EXPECT_NEAR((labelled.p - expected.p).norm(), 0, 1e-6) << i;
+        EXPECT_NEAR(AngleBetween(labelled.q, expected.q), 0, 1e-6) << i;
+      }
+    }
+  }
 }
 
 TEST_F(Dataset, GoesOnWithWhatIsThereAndMixesNothing) {
