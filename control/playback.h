@@ -12,7 +12,7 @@
 namespace turbidock::control {
 
 struct PlaybackParams {
-  InputFile file;
+  InputFile file = {};
   double begin_s = 0;
 
   static void Fields(auto& self, auto&& field) {

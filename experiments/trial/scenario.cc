@@ -210,6 +210,11 @@ std::unique_ptr<vision::PoseEstimator> Scenario::MakeEstimator(const std::string
 
 // Where the vehicle is to stand before it docks there is nothing in its way; nearer there may be.
 void Scenario::CheckApproach(const std::string& path) const {
+  if (navigation.preset == vehicle::NavigationPreset::kPilot &&
+      approach.mode == control::ApproachMode::kNavigation)
+    throw ConfigError(JoinKey(path, "navigation.preset"),
+                      "pilot is how a person navigates and excludes approach.mode = navigation: "
+                      "give one of them");
   if (approach.on() && !(approach.closest_x_m() > procedure.servo_x_m))
     throw ConfigError(
         JoinKey(path, "approach.nearest_x_m"),

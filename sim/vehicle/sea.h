@@ -15,7 +15,7 @@ namespace turbidock::vehicle {
 // Water that moves past without asking the vehicle.
 struct CurrentParams {
   Eigen::Vector3d surface_velocity_mps{0, 0, 0};
-  InputFile series;
+  InputFile series = {};
   double decay_depth_m = 0;
   double gust_std_mps = 0;
   double gust_time_constant_s = 10;

@@ -45,7 +45,8 @@ TEST_F(FilesOfOthers, APlanNamesModelsThatStandBesideIt) {
   arguments.plan = File("plan.yaml",
                         "schema_version: 1\nscenario: pool_active\n"
                         "set: {vehicle_model: bluerov2_heavy.xml, controller: lqg}\n");
-  EXPECT_EQ(arguments.Load().CellOf(0).values[0].value, "bluerov2_heavy.xml");
+  const batch::Plan bundled = arguments.Load();
+  EXPECT_EQ(bundled.ScenarioOf(bundled.Trial(0)).vehicle_model, "bluerov2_heavy.xml");
 }
 
 TEST_F(FilesOfOthers, GainsAreReadOverAPlanAndUnderSet) {
@@ -53,7 +54,7 @@ TEST_F(FilesOfOthers, GainsAreReadOverAPlanAndUnderSet) {
                           .gains = File("g.yaml",
                                         "procedure:\n  docking_rate_mps: 0.02\n"
                                         "  enter_x_m: 0.04\n")};
-  arguments.overrides.assignments = {"procedure.enter_x_m=0.03"};
+  arguments.assignments = {"procedure.enter_x_m=0.03"};
   const batch::Plan plan = arguments.Load();
   const trial::Scenario scenario = plan.ScenarioOf(plan.Trial(0));
   EXPECT_EQ(scenario.procedure.docking_rate_mps, 0.02);

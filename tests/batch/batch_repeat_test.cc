@@ -195,7 +195,7 @@ TEST_F(Batch, IsNotResumedWhenAModelFileHasChanged) {
     const bool is_mesh = std::string(name) == "fin.obj";
     write(name, before + (is_mesh ? "# finer\n" : "<!-- heavier -->\n"));
     EXPECT_THAT(RunBatch("a.db", {"--shard", "1/2"}, 2),
-                HasSubstr("the model file " + File(name) + " has changed"));
+                HasSubstr("the file " + File(name) + " has changed"));
     EXPECT_THAT(Run({"replay", File("a.db"), "0"}, 2),
                 HasSubstr(File(name) + " is not what it was when the plan began"));
     write(name, before);

@@ -151,6 +151,12 @@ std::string LoadError(const std::string& text) {
   return MessageOf([&] { Load(text); });
 }
 
+template <class T>
+void ApplySet(const std::string& assignment, T* object, Origins* origins) {
+  for (const auto& [key, place] : SetLayers({ParseAssignment(assignment)}, object))
+    if (origins) (*origins)[key] = place;
+}
+
 std::string SetError(const std::string& assignment) {
   OneOfEverything object;
   return MessageOf([&] { ApplySet(assignment, &object, nullptr); });
@@ -583,33 +589,6 @@ TEST(YamlFieldsLayers, LaterLayersWin) {
   EXPECT_EQ(o.baseline_m, 0.12);
   ASSERT_EQ(o.balls.size(), 1);
   EXPECT_EQ(o.balls[0].radius_m, 0.1);
-}
-
-TEST(YamlFieldsLayers, AKeyIsPeekedAtAndNothingElse) {
-  const YamlNode first =
-      ParseYaml("count: x\nlamp: passive\nwater: {milk_ml_m3: 3, oops: 1}", "a.yaml");
-  const YamlNode second = ParseYaml("title: two\nlamp: active\n", "b.yaml");
-  const auto lamp = [](const Layers& layers) { return Peek(layers, "lamp", Lamp::kOff); };
-  EXPECT_EQ(lamp({}), Lamp::kOff);
-  EXPECT_EQ(lamp({.files = {first}}), Lamp::kPassive);
-  EXPECT_EQ(lamp({.files = {first, second}}), Lamp::kActive);
-  EXPECT_EQ(lamp({.files = {second}, .assignments = {"lamp=passive", "oops=1"}}), Lamp::kPassive);
-  const auto milk = [](const Layers& layers) { return Peek(layers, "water.milk_ml_m3", 7.0); };
-  EXPECT_EQ(milk({.files = {first, second}}), 3);
-  EXPECT_EQ(milk({.files = {second}, .assignments = {"water.oops=1", "lamp=passive"}}), 7);
-  EXPECT_EQ(milk({.assignments = {"water={milk_ml_m3: 4}", "water.scatter_scale=1"}}), 4);
-}
-
-TEST(YamlFieldsLayers, APeekIsAsStrictAboutItsKeyAsReading) {
-  const auto lamp = [](const std::string& text, std::vector<std::string> assignments = {}) {
-    return MessageOf([&] {
-      Peek({.files = {ParseYaml(text, "a.yaml")}, .assignments = assignments}, "lamp", Lamp::kOff);
-    });
-  };
-  EXPECT_EQ(lamp("count: 1\nlamp: torch"), LoadError("count: 1\nlamp: torch"));
-  EXPECT_EQ(lamp("lamp: passive\nlamp: passive"), LoadError("lamp: passive\nlamp: passive"));
-  for (const char* assignment : {"lamp=torch", "lamp=", "lamp=[passive]"})
-    EXPECT_EQ(lamp("count: 1", {assignment}), SetError(assignment)) << assignment;
 }
 
 TEST(YamlFieldsLayers, OriginsKnowTheLastPlace) {

@@ -48,7 +48,7 @@ void Read(char kind, const std::string& file) {
       break;
     case 'v': {
       trial::Scenario scenario;
-      config::ReadLayers({.files = {config::LoadYaml(file)}}, &scenario.vehicle);
+      config::ReadLayers({{"", config::LoadYaml(file)}}, &scenario.vehicle);
       CheckFields(scenario.vehicle, "");
       break;
     }

@@ -321,7 +321,7 @@ TEST(Plugins, APredictionBridgesTheLastLeg) {
                                 "procedure.servo_x_m=0.75", "procedure.blind_max_s=8"},
                                "", plugins);
   Scenario theirs = ours;
-  config::ApplySet("controller=predicting", &theirs, nullptr);
+  Resolve({config::ParseAssignment("controller=predicting")}, &theirs);
   auto& params = theirs.plugins.ParamsOf<Predicting::Params>();
   static_cast<control::LqgParams&>(params) = ours.plugins.ParamsOf<control::LqgParams>();
   const TrialResult result = RunTrial(theirs);

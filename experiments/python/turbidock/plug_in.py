@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import dataclass
 from typing import Any, Iterable, Sequence, Union
 
@@ -121,17 +122,21 @@ class Estimator(_PlugIn):
         raise NotImplementedError(f"{type(self).__name__} has no update()")
 
 
-def plugins_of(classes: Iterable[type]) -> _core.Plugins:
-    """A registry of these classes. TypeError for one that is neither controller nor estimator."""
+def plugins_of(classes: Iterable[type], kept: bool = False) -> _core.Plugins:
+    """A registry of these classes; with `kept`, for results that are kept, it has a digest of their code. TypeError for one
+    that is neither controller nor estimator."""
     plugins = _core.Plugins()
     for cls in classes:
+        if kept and isinstance(cls, type) and issubclass(cls, _PlugIn) and not cls._code():
+            warnings.warn(f"the code of {cls.plugin_name()} cannot be told: another call does not go on with this file",
+                          stacklevel=4)
         if isinstance(cls, type) and issubclass(cls, Controller):
             plugins.add_controller(
                 cls.plugin_name(), cls, cls._keys(), cls.asks_for, cls.pose_filter, cls.setpoint,
                 cls.observe is not Controller.observe, cls.predict is not Controller.predict,
-                cls.given is not Controller.given, cls._code())
+                cls.given is not Controller.given, cls._code() if kept else "")
         elif isinstance(cls, type) and issubclass(cls, Estimator):
-            plugins.add_estimator(cls.plugin_name(), cls, cls._keys(), cls._code())
+            plugins.add_estimator(cls.plugin_name(), cls, cls._keys(), cls._code() if kept else "")
         else:
             raise TypeError(f"{cls!r} must be a class made from turbidock.Controller or "
                             "turbidock.Estimator")

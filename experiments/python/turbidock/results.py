@@ -117,13 +117,14 @@ def run(scenario: Scenario | Path = "sea_night_active", *, seed: int | None = No
 def batch(plan: Path | Mapping[str, Any], out: Path, *, workers: int | None = None,
           seed: int | None = None, seeds: int | None = None, settings: Settings = None,
           controller: type | str | None = None, estimator: type | str | None = None,
-          plugins: Iterable[type] = (), progress: Progress = None) -> pandas.DataFrame:
+          plugins: Iterable[type] = (), anew: bool = False, progress: Progress = None) -> pandas.DataFrame:
     """Runs the trials of a plan (a bundled one, a YAML file or a dict of the same keys) in worker
-    processes into the file `out`; what is in there already is not run again. Returns all its
-    trials as a pandas frame, a row a trial. A controller or an estimator that raises is an outcome
-    `crashed`, one that never returns `hung`: the others go on."""
+    processes into the file `out`; what is in there already is not run again. A ConfigError names what
+    changed since: a file, a key, the code of a controller; with `anew` such trials run anew. Returns
+    all its trials as a pandas frame, a row a trial. A controller or an estimator that raises is an
+    outcome `crashed`, one that never returns `hung`: the others go on."""
     return _frame(_core.batch(_plan(plan, seed, seeds, settings, controller, estimator, plugins), os.fspath(out),
-                              _count(workers), _reporter(progress)))
+                              _count(workers), anew, _reporter(progress)))
 
 
 def dataset(plan: Path | Mapping[str, Any], out: Path, *, pairs_per_shard: int = 250, depth: bool = False,
@@ -143,7 +144,7 @@ def _plan(plan: Path | Mapping[str, Any], seed: int | None, seeds: int | None, s
     # A dict is of this version, unless it says otherwise.
     text, name = (json.dumps({"schema_version": 1} | dict(plan)), "plan") if isinstance(plan, Mapping) else (
         "", os.fspath(plan))
-    return _core.Plan(text, name, plugins_of(classes), choices + assignments_of(settings), seed, seeds)
+    return _core.Plan(text, name, plugins_of(classes, kept=True), choices + assignments_of(settings), seed, seeds)
 
 
 def read_results(file: Path, *, timing: bool = False) -> pandas.DataFrame:

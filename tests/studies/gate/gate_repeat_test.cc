@@ -47,15 +47,21 @@ class GateRepeat : public ::testing::Test {
         << max_trials
         << "\nconditions:\n  - {name: plain, scenario: short.yaml}\n"
            "  - {name: '10', scenario: short.yaml, set: {start.lateral_m: 0.03}}\n";
-    plan_ = LoadGatePlan(File("gate.yaml"));
+    Load({});
   }
-  batch::ResultStore Open(const std::string& name, const std::vector<std::string>& assignments) {
-    plan_.assignments = assignments;
-    return OpenTrials(File(name), plan_, [&](const std::string& text) { said_ += text; });
+  void Load(const std::vector<std::string>& assignments) {
+    const int64_t seed = plan_.seed;
+    plan_ = LoadGatePlan(File("gate.yaml"), {}, config::ParseAssignments(assignments));
+    plan_.seed = seed;
+  }
+  batch::ResultStore Open(const std::string& name, const std::vector<std::string>& assignments,
+                          bool anew = false) {
+    Load(assignments);
+    return OpenTrials(File(name), plan_, anew, [&](const std::string& text) { said_ += text; });
   }
   std::string Judge(const Baseline& baseline, const std::vector<std::string>& assignments,
                     const batch::RunOptions& options, batch::ResultStore* store) {
-    plan_.assignments = assignments;
+    Load(assignments);
     return report::JsonText(RunGate(plan_, baseline, MakeGateRunner(plan_, options, store)));
   }
 
@@ -115,8 +121,9 @@ TEST_F(GateRepeat, ABaselineGoesOnAfterAStop) {
   EXPECT_EQ(text, whole);
 }
 
-// Whatever a trial depends on; not what only the verdict does.
-TEST_F(GateRepeat, TrialsOfAnotherGateAreBegunAnew) {
+// Whatever a trial depends on; not what only the verdict does. Another program is what a gate is
+// there for: its trials are begun anew.
+TEST_F(GateRepeat, TrialsOfAnotherGateAreRefusedAndOfAnotherProgramBegunAnew) {
   const auto stored = [&](const std::vector<std::string>& assignments) {
     return std::ssize(Open("trials.db", assignments).Done());
   };
@@ -130,14 +137,17 @@ TEST_F(GateRepeat, TrialsOfAnotherGateAreBegunAnew) {
   Gate(3);
   EXPECT_EQ(stored({}), 4);
   EXPECT_THAT(said_, IsEmpty());
-  EXPECT_EQ(stored({"camera_delay_frames=4"}), 0);
-  EXPECT_THAT(said_, HasSubstr("trials.db: has trials of another gate or build (the plans differ: "
-                               "'camera_delay_frames: "));
+  EXPECT_THAT(MessageOf([&] { stored({"camera_delay_frames=4"}); }),
+              HasSubstr("trials.db: was begun with something else: plain: 'camera_delay_frames: 1' "
+                        "then, 'camera_delay_frames: 4' now"));
+  EXPECT_EQ(stored({}), 4);
+  EXPECT_EQ(std::ssize(Open("trials.db", {"camera_delay_frames=4"}, /*anew=*/true).Done()), 0);
+  EXPECT_THAT(said_, HasSubstr("begun anew"));
+  Open("trials.db", {}, /*anew=*/true);
   fill();
   plan_.seed = 2;
-  EXPECT_EQ(stored({}), 0);
+  EXPECT_THAT(MessageOf([&] { stored({}); }), HasSubstr("'seed: 1' then, 'seed: 2' now"));
   plan_.seed = 1;
-  fill();
   // as by another build
   SQLite::Database(File("trials.db"), SQLite::OPEN_READWRITE)
       .exec("UPDATE meta SET value = 'another' WHERE key = 'build'");
@@ -149,7 +159,7 @@ TEST_F(GateRepeat, TrialsOfAnotherGateAreBegunAnew) {
 }
 
 // What a trial reads counts by its content: no verdict is on two vehicles.
-TEST_F(GateRepeat, TrialsOfAVehicleThatHasChangedAreBegunAnew) {
+TEST_F(GateRepeat, TrialsOfAVehicleThatHasChangedAreRefused) {
   const std::string own = File("own.xml");
   fs::copy_file(config::ModelPath("vehicle.xml"), own);
   fs::copy_file(config::ModelPath("vehicle.yaml"), File("own.yaml"));
@@ -162,8 +172,10 @@ TEST_F(GateRepeat, TrialsOfAVehicleThatHasChangedAreBegunAnew) {
   EXPECT_EQ(std::ssize(Open("trials.db", assignments).Done()), 2);
   EXPECT_THAT(said_, IsEmpty());
   std::ofstream(own, std::ios::app) << "<!-- heavier -->\n";
-  EXPECT_THAT(Open("trials.db", assignments).Done(), IsEmpty());
-  EXPECT_THAT(said_, HasSubstr("the model file " + own + " has changed"));
+  EXPECT_THAT(MessageOf([&] { Open("trials.db", assignments); }),
+              HasSubstr("the file " + own + " has changed"));
+  EXPECT_THAT(Open("trials.db", assignments, /*anew=*/true).Done(), IsEmpty());
+  EXPECT_THAT(said_, HasSubstr("the file " + own + " has changed"));
 }
 
 TEST_F(GateRepeat, ACrashIsNoVerdictAndRunsAgain) {

@@ -625,12 +625,14 @@ TEST_F(Gate, AConditionsSettingsAllCount) {
   EXPECT_EQ(refused("{water: {milk_ml_m3: 1}, sea.state: calm}"), "no error");
   EXPECT_THAT(refused("{water: {milk_ml_m3: 1}, water.milk_ml_m3: 2}"),
               HasSubstr("bad.yaml:6: conditions[0].set.water.milk_ml_m3: this key is given twice"));
-  EXPECT_THAT(refused("{seed: 77}"), HasSubstr("conditions[0]: --set seed=77: the gate gives each "
-                                               "trial its seed; set the gate's own `seed`"));
-  GatePlan plan = Plan();
-  plan.assignments = {"seed=77"};
-  EXPECT_THAT(MessageOf([&] { plan.ScenarioOf(plan.conditions[0], 1); }),
-              HasSubstr("--set seed=77: the gate gives each trial its seed"));
+  EXPECT_THAT(refused("{seed: 77}"),
+              HasSubstr("bad.yaml:6: conditions[0].set.seed: the gate gives each trial its seed; set "
+                        "the gate's own `seed`"));
+  EXPECT_THAT(MessageOf([&] {
+                LoadGatePlan(config::AssetPath("gates/docking.yaml"), {},
+                             config::ParseAssignments({"seed=77"}));
+              }),
+              HasSubstr("--set seed: the gate gives each trial its seed"));
 }
 
 TEST_F(Gate, ABaselineThatCannotFallIsRefused) {

@@ -17,9 +17,9 @@ TEST(ShippedGate, ItsConditionsAreFlownOnOtherSeeds) {
   for (int64_t cell = 0; cell < plan.cells(); ++cell) {
     const GateCondition& condition = gate.conditions[static_cast<size_t>(cell)];
     const batch::TrialSpec spec = plan.FirstOf(cell);
-    EXPECT_EQ(plan.CellOf(cell).name, condition.name);
+    EXPECT_EQ(spec.parameters.front().value, condition.name);
     EXPECT_EQ(config::SaveYaml(plan.ScenarioOf(spec)),
-              config::SaveYaml(gate.ScenarioOf(condition, spec.seed)));
+              config::SaveYaml(ScenarioOf(condition, spec.seed)));
   }
 }
 

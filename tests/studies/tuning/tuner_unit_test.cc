@@ -87,7 +87,7 @@ TEST(Tuning, IsNotResumedWhenAModelFileHasChanged) {
   begin();
   begin();
   std::ofstream(own, std::ios::app) << "<!-- heavier -->\n";
-  EXPECT_THAT(testing::MessageOf(begin), HasSubstr("the model file " + own + " has changed"));
+  EXPECT_THAT(testing::MessageOf(begin), HasSubstr("the file " + own + " has changed"));
   fs::remove_all(folder);
 }
 
