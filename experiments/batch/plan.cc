@@ -58,9 +58,9 @@ void RequireGivable(const std::string& key, const config::YamlNode& at) {
 }
 
 // Scenarios that name the same files have the same ones.
-std::string NamesIn(const trial::Scenario& scenario) {
+std::string NamesIn(trial::Scenario* scenario) {
   std::string names;
-  for (const std::string& file : config::FilesNamedIn(scenario)) names += file + "\n";
+  config::ForEachFileIn(scenario, [&names](InputFile* file) { names += file->path + "\n"; });
   return names;
 }
 
@@ -328,14 +328,14 @@ trial::Scenario Plan::ScenarioOf(const TrialSpec& spec) const {
   std::vector<config::Assignment> given = AssignmentsOf(spec.parameters);
   given.push_back(SeedOf(spec.seed));
   trial::Resolve(given, &scenario);
-  const auto known = files_.find(NamesIn(scenario));
+  const auto known = files_.find(NamesIn(&scenario));
   if (known != files_.end()) scenario.model_files = known->second;
   return scenario;
 }
 
 // Of a trial, and whatever else it may draw in their place.
-void Plan::AddFiles(const trial::Scenario& scenario) {
-  const auto [there, is_new] = files_.try_emplace(NamesIn(scenario));
+void Plan::AddFiles(trial::Scenario scenario) {
+  const auto [there, is_new] = files_.try_emplace(NamesIn(&scenario));
   if (!is_new) return;
   there->second = trial::ModelFilesOf(scenario);
   for (size_t i = 0; i < random_.size(); ++i) {
@@ -364,7 +364,7 @@ void Plan::CheckTrials(const std::string& file) {
       const TrialSpec spec = Trial(NumberOf(cell, sample));
       try {
         const trial::Scenario scenario = ScenarioOf(spec);
-        AddFiles(scenario);
+        if (scenario.model_files.empty()) AddFiles(scenario);
         for (const std::string& remark : scenario.given.remarks)
           if (std::ranges::count(remarks_, remark) == 0) remarks_.push_back(remark);
       } catch (const ConfigError& error) {

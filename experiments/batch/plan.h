@@ -157,7 +157,7 @@ class Plan {
   std::vector<Case> CasesIn(const config::YamlNode& node, const std::string& parameter);
   void ReadRandom(const config::YamlNode& node);
   void LoadScenarios(const config::YamlNode& plan);
-  void AddFiles(const trial::Scenario& scenario);
+  void AddFiles(trial::Scenario scenario);
   void RequireSameFiles(const config::YamlNode& before) const;
   void CheckTrials(const std::string& file);
   std::vector<config::Assignment> AssignmentsOf(const std::vector<Parameter>& parameters) const;

@@ -88,7 +88,7 @@ struct StoredTrial {
   int64_t trial = 0, cell = 0, sample = 0;
   std::vector<Parameter> parameters;  // values of StoreHeader::keys
   std::string identity = {};          // trial/identity.h
-  trial::TrialRecord record;
+  trial::TrialRecord record = {};
   trial::Series series = {};  // to be stored; reading does not fill it
 };
 

@@ -337,6 +337,14 @@ Field Descend(const Field& field, const std::string& word, const GroupRef& root,
   return {field.key, field.range, field.doc, list->element(index).value};
 }
 
+bool IsPreset(const GroupRef& group, const std::string& key) {
+  if (std::ranges::count(group.presets, key) > 0) return true;
+  const size_t dot = key.find('.');
+  const Field* field = FindField(group, key.substr(0, dot));
+  const auto* inner = field ? std::get_if<GroupRef>(&field->value) : nullptr;
+  return inner && dot != std::string::npos && IsPreset(*inner, key.substr(dot + 1));
+}
+
 // Reads one of the layers over a group.
 void ReadLayer(const Assignment& layer, const GroupRef& group, Origins* origins) {
   if (layer.key.empty())
@@ -398,10 +406,9 @@ void ReadOne(const YamlNode& node, const ValueRef& value) {
 Origins ReadLayersOf(const std::vector<Assignment>& layers, const GroupRef& group,
                      GivenKeys* given) {
   Origins origins;
-  const std::vector<std::string> presets = PresetsIn(group);
   for (const Assignment& layer : layers) {
     std::map<std::string, std::string> before;
-    if (given && std::ranges::count(presets, layer.key) > 0)
+    if (given && IsPreset(group, layer.key))
       for (const std::string& key : given->keys)
         if (key != layer.key && key.find('[') == std::string::npos)
           before[key] = TextAt(group, key);
@@ -431,6 +438,7 @@ Assignment ParseAssignment(const std::string& text) {
   const size_t equals = text.find('=');
   const YamlNode at{nullptr, kFromSet, text.substr(0, equals)};
   if (equals == std::string::npos) at.Fail("must be KEY=VALUE");
+  if (at.path.empty()) at.Fail("is no key; write group.key=value");
   return {at.path, ParseYamlValue(text.substr(equals + 1), at)};
 }
 

@@ -16,6 +16,7 @@
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/fixed_view.h"
+#include "experiments/trial/identity.h"
 #include "experiments/trial/world.h"
 #include "sim/base/check.h"
 #include "sim/base/units.h"
@@ -31,7 +32,6 @@ using report::Json;
 constexpr int kMarkerId = 1;  // BOP's and COCO's number of the only object
 constexpr const char* kSplit = "train_pbr";
 constexpr uint8_t kInside = 255;
-
 constexpr double kDepthUnit_mm = 0.1;  // of a depth image: up to 6.5 m
 
 // Of masks, nonzero inside.
@@ -195,7 +195,6 @@ void Add(const trial::Scenario& scenario, const batch::TrialSpec& spec,
   if (depth)
     media::WritePng((folder / "depth" / (id + ".png")).string(),
                     DepthOf(view.rendered[side].depth_m));
-
   shard->scene_camera[key] = {
       {"cam_K", {camera.fx_px, 0, camera.cx_px, 0, camera.fy_px, camera.cy_px, 0, 0, 1}},
       {"depth_scale", kDepthUnit_mm},
@@ -249,6 +248,7 @@ void MakeShard(const batch::Plan& plan, const fs::path& folder, int64_t first, i
   for (int64_t i = 0; i < count; ++i) {
     const batch::TrialSpec spec = plan.Trial(first + i);
     const trial::Scenario scenario = plan.ScenarioOf(spec);
+    trial::RequireSameFiles(scenario);
     if (scenario.lens.k1 != 0 || scenario.lens.k2 != 0)
       throw ConfigError("lens", "must be 0: labels are those of pinhole cameras");
     const auto views = trial::DrawFixedViews(scenario, {trial::StartPose(scenario).Inverse()});

@@ -12,9 +12,11 @@
 #include <vector>
 
 #include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
 #include "experiments/report/json.h"
 #include "experiments/studies/gate/gate.h"
 #include "sim/base/check.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::gate {
 namespace {
@@ -22,6 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using testing::MessageOf;
 using ::testing::StartsWith;
 
 class GateRepeat : public ::testing::Test {

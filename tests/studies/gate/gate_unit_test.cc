@@ -1,5 +1,7 @@
 // The gate on synthetic trials: verdicts, pairing, baselines, reports, and what is refused.
 
+#include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
 #include "experiments/studies/gate/gate.h"
 
 #include <fmt/format.h>
@@ -625,9 +627,10 @@ TEST_F(Gate, AConditionsSettingsAllCount) {
   EXPECT_EQ(refused("{water: {milk_ml_m3: 1}, sea.state: calm}"), "no error");
   EXPECT_THAT(refused("{water: {milk_ml_m3: 1}, water.milk_ml_m3: 2}"),
               HasSubstr("bad.yaml:6: conditions[0].set.water.milk_ml_m3: this key is given twice"));
-  EXPECT_THAT(refused("{seed: 77}"),
-              HasSubstr("bad.yaml:6: conditions[0].set.seed: the gate gives each trial its seed; set "
-                        "the gate's own `seed`"));
+  EXPECT_THAT(
+      refused("{seed: 77}"),
+      HasSubstr("bad.yaml:6: conditions[0].set.seed: the gate gives each trial its seed; set "
+                "the gate's own `seed`"));
   EXPECT_THAT(MessageOf([&] {
                 LoadGatePlan(config::AssetPath("gates/docking.yaml"), {},
                              config::ParseAssignments({"seed=77"}));
