@@ -151,11 +151,13 @@ ResultStore OpenResults(const std::string& file, const Plan& plan, const Shard& 
   if (!differences.empty() && (shard.count > 1 || store.header().keys != header.keys))
     throw OtherResults(file, differences[0], "");
   Renderers renderers(jobs);
-  if (differences.empty() && store.AreDrawnBy([&](const std::string& drawn, int64_t trial) {
-        const view::GlBackend asked = plan.ScenarioOf(plan.Trial(trial)).renderer;
-        return renderers.Now(asked).value_or(drawn) == drawn;
-      }))
-    return store;
+  bool is_same = differences.empty();
+  if (is_same)
+    store.ForEachRenderer([&](const std::string& drawn, int64_t trial) {
+      const view::GlBackend asked = plan.ScenarioOf(plan.Trial(trial)).renderer;
+      is_same = is_same && renderers.Now(asked).value_or(drawn) == drawn;
+    });
+  if (is_same) return store;
   const Kept kept = KeptOf(store, plan, header, &renderers);
   if (!kept.changed.empty() && !anew) throw OtherResults(file, kept.changed);
   store.Become(header, kept.numbers);
@@ -183,6 +185,9 @@ BatchProgress RunBatch(const Plan& plan, RunOptions options,
     if (on_progress) on_progress(after(now));
   };
   TrialRunner runner(options, store);
+  store->ForEachRenderer([&](const std::string& drawn, int64_t trial) {
+    runner.RequireSameRenderer(trial, plan.ScenarioOf(plan.Trial(trial)).renderer, drawn);
+  });
   runner.Run(SourceOf(plan), {.next = [&] { return scheduler.Next(); },
                               .add =
                                   [&](const StoredTrial& trial) {

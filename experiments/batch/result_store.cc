@@ -393,14 +393,10 @@ std::vector<int64_t> ResultStore::TrialsWithSeries() const {
   return Numbers("SELECT trial FROM series ORDER BY trial");
 }
 
-bool ResultStore::AreDrawnBy(
-    const std::function<bool(const std::string& renderer, int64_t trial)>& is) const {
-  bool all = true;
+void ResultStore::ForEachRenderer(
+    const std::function<void(const std::string& renderer, int64_t trial)>& act) const {
   ForEachRow("SELECT renderer, min(trial) FROM trials WHERE renderer <> '' GROUP BY renderer",
-             [&](auto& row) {
-               all = all && is(row.getColumn(0).getString(), row.getColumn(1).getInt64());
-             });
-  return all;
+             [&](auto& row) { act(row.getColumn(0).getString(), row.getColumn(1).getInt64()); });
 }
 
 std::map<int64_t, bool> ResultStore::Successes() const {

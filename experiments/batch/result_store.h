@@ -140,8 +140,9 @@ class ResultStore {
   void AddOutput(int64_t job, const std::string& input, const std::string& output);
   std::optional<std::string> OutputOf(int64_t job, const std::string& input) const;
 
-  // Whether this holds for each renderer, with one of the trials that it drew.
-  bool AreDrawnBy(const std::function<bool(const std::string& renderer, int64_t trial)>& is) const;
+  // Each renderer, with one of the trials that it drew.
+  void ForEachRenderer(
+      const std::function<void(const std::string& renderer, int64_t trial)>& act) const;
 
   std::vector<int64_t> TrialsWithSeries() const;  // whose series was stored, ascending
   trial::Series SeriesOf(int64_t trial) const;    // the rows that were stored, if any

@@ -107,13 +107,13 @@ std::optional<StoredTrial> TrialRunner::Find(const TrialSpec& spec,
   return known;
 }
 
-void TrialRunner::RequireSameRenderer(const StoredTrial& trial, view::GlBackend asked) {
-  const std::string& now = trial.record.renderer;
-  if (now.empty()) return;
-  const std::string& others = renderers_.try_emplace(asked, now).first->second;
-  if (others != now)
+void TrialRunner::RequireSameRenderer(int64_t trial, view::GlBackend asked,
+                                      const std::string& drawn) {
+  if (drawn.empty()) return;
+  const std::string& others = renderers_.try_emplace(asked, drawn).first->second;
+  if (others != drawn)
     throw MismatchError(
-        fmt::format("trial {} was drawn by {}, others by {}", trial.trial, now, others));
+        fmt::format("trial {} was drawn by {}, others by {}", trial, drawn, others));
 }
 
 bool TrialRunner::Run(const TrialSource& source, const TrialDecider& decider) {
@@ -127,7 +127,7 @@ bool TrialRunner::Run(const TrialSource& source, const TrialDecider& decider) {
       TrialSpec spec = source.spec(*trial);
       trial::Scenario scenario = source.scenario(spec);
       if (const auto known = Find(spec, scenario)) {
-        RequireSameRenderer(*known, scenario.renderer);
+        RequireSameRenderer(*trial, scenario.renderer, known->record.renderer);
         decider.add(*known);
         continue;
       }
@@ -140,7 +140,7 @@ bool TrialRunner::Run(const TrialSource& source, const TrialDecider& decider) {
   const auto take = [&](const JobResult& result) {
     UnderWay of = std::move(under_way.extract(result.id).mapped());
     StoredTrial trial = FinishedTrialOf(result, std::move(of.spec));
-    RequireSameRenderer(trial, of.scenario.renderer);
+    RequireSameRenderer(trial.trial, of.scenario.renderer, trial.record.renderer);
     trial.identity = trial::IdentityOf(of.scenario, program_, trial.record.renderer);
     decider.add(trial);
     if (store_) store_->Add(trial);

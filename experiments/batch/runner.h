@@ -93,11 +93,14 @@ class TrialRunner {
   // what the source says.
   bool Run(const TrialSource& source, const TrialDecider& decider);
 
+  // MismatchError when this trial was drawn by another renderer than others for which the same was
+  // asked for.
+  void RequireSameRenderer(int64_t trial, view::GlBackend asked, const std::string& drawn);
+
   const RunProgress& progress() const { return progress_; }
 
  private:
   std::optional<StoredTrial> Find(const TrialSpec& spec, const trial::Scenario& scenario) const;
-  void RequireSameRenderer(const StoredTrial& trial, view::GlBackend asked);
 
   RunOptions options_;
   ResultStore* store_;

@@ -208,6 +208,7 @@ class Reader {
         if (at.path.size() > group.path.size())
           group.given(at.path.substr(group.path.empty() ? 0 : group.path.size() + 1));
       } catch (const ConfigError& error) {
+        if (error.key().empty()) throw;  // it has a place of its own
         throw ConfigError(at.Where() + error.what());
       }
     }

@@ -221,9 +221,6 @@ struct Scenario {
           "digital camera of today");
     field("renderer", self.renderer, Range{},
           "what draws; where this machine does not have it, the other does");
-    field("marker_from_scene", self.marker_from_scene, Range{},
-          "whether the estimator knows the balls of the scene, where that is no bundled one; "
-          "giving marker.balls says no");
     field("marker_may_differ", self.marker_may_differ, Range{},
           "run although the marker as the estimator knows it is not the scene's");
     field("clock", self.clock, Finite(), "frames and physics steps");
@@ -239,6 +236,9 @@ struct Scenario {
     field("snow", self.snow, Finite(), "marine snow: particles seen one by one");
     field("lens", self.lens, Finite(), "radial distortion that the estimator does not know of");
     field("marker", self.marker, Finite(), "the marker as the estimator knows it");
+    field("marker_from_scene", self.marker_from_scene, Range{},
+          "whether the estimator knows the balls of the scene, where that is no bundled one; "
+          "giving marker.balls says no");
     field("hue", self.hue, Finite(), "which pixels agree with a ball");
     field(
         "pose_source", self.pose_source, Finite(),

@@ -205,7 +205,7 @@ TEST_F(Batch, IsNotResumedWhenAModelFileHasChanged) {
   std::string data = text_of(models + "vehicle.yaml");
   data.replace(data.find("mass_kg: 15"), 11, "mass_kg: 16");
   write("own.yaml", data);
-  EXPECT_THAT(RunBatch("a.db", {"--shard", "1/2"}, 2), HasSubstr("'mass_kg: 15' in one"));
+  EXPECT_THAT(RunBatch("a.db", {"--shard", "1/2"}, 2), HasSubstr("'mass_kg: 15' then, 'mass_kg: 16' now"));
 }
 
 TEST_F(Batch, StopsOnASignalAndGoesOn) {
@@ -236,7 +236,7 @@ TEST_F(Batch, ATamperedResultIsFoundOut) {
   EXPECT_THAT(Run({"merge", File("m.db"), File("a.db"), File("b.db")}, 5), HasSubstr("trial 1"));
   RunBatch("c.db", {"--seeds", "1", "--seed", "5"});
   EXPECT_THAT(Run({"merge", File("n.db"), File("b.db"), File("c.db")}, 5),
-              HasSubstr("the plans differ: 'master_seed: 1' in one, 'master_seed: 5'"));
+              HasSubstr("the plans differ: 'master_seed: 1' then, 'master_seed: 5' now"));
 }
 
 TEST_F(Batch, AHungTrialIsAnOutcome) {

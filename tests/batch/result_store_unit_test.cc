@@ -146,7 +146,7 @@ TEST_F(Store, RefusesWhatWasBegunAsSomethingElse) {
   ResultStore::Write(file, Header()).Add(Trial(1, "7", trial::Failure::kNone));
   StoreHeader other = Header();
   other.plan = "seeds: 10\nset: b\n";
-  EXPECT_THAT(Refusal(file, other), HasSubstr("the plans differ: 'set: a' in one, 'set: b'"));
+  EXPECT_THAT(Refusal(file, other), HasSubstr("the plans differ: 'set: a' then, 'set: b' now"));
   other = Header();
   other.build = "1.0 f01";
   EXPECT_THAT(Refusal(file, other), HasSubstr("the builds differ: 1.0 f00 and 1.0 f01"));
@@ -227,7 +227,7 @@ TEST_F(Store, RefusesAnotherVersionOfTheSchema) {
   const std::string file = File("a.db");
   ResultStore::Write(file, Header());
   SQLite::Database(file, SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 2");
-  EXPECT_EQ(Refusal(file, Header()), file + ": has schema version 2, this program reads 5");
+  EXPECT_EQ(Refusal(file, Header()), file + ": has schema version 2, this program reads 6");
 }
 
 TEST_F(Store, RefusesSeriesThatCannotBe) {
@@ -406,7 +406,7 @@ TEST_F(Store, AWorkerReturnsTheRecord) {
     EXPECT_TRUE(there[i] == here[i]) << column.name;
     ++compared;
   }
-  EXPECT_EQ(compared, here.size() - 4);
+  EXPECT_EQ(compared, here.size() - 5);
   EXPECT_GT(trial.record.rss_bytes, 0);
 }
 

@@ -59,6 +59,14 @@ class Words(unittest.TestCase):
         found = [f'{path.name}: {match[0]}' for path in files for match in names.finditer(path.read_text())]
         self.assertEqual(found, [])
 
+    def test_nothing_but_resolve_sets_a_scenarios_keys(self):
+        # `model_files` are no key's: what its files held
+        sets = re.compile(r'\b(?:scenario|\w*_scenario|limited)\.(?!model_files|plugins\b)[a-z_.]+ = ')
+        files = [path for path in (ROOT / 'experiments').rglob('*.cc') if path.name != 'scenario.cc' and path.parent.name != 'app']
+        self.assertGreater(len(files), 100)
+        found = [f'{path.name}: {match[0]}' for path in files for match in sets.finditer(path.read_text())]
+        self.assertEqual(found, [])
+
 
 if __name__ == '__main__':
     unittest.main()

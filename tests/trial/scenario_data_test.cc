@@ -61,7 +61,7 @@ TEST_P(EveryScenario, TheEstimatorKnowsTheSceneSMarker) {
   }
 }
 
-TEST(EstimatorPreset, IsWhatTheOtherKeysBeginWith) {
+TEST(EstimatorPreset, SetsTheOtherKeysWhereItIsGiven) {
   const auto estimator = [](const std::vector<std::string>& assignments) {
     return config::SaveYaml(
         LoadScenario("pool_active", assignments).plugins.ParamsOf<vision::RmGaOptions>());
@@ -69,16 +69,15 @@ TEST(EstimatorPreset, IsWhatTheOtherKeysBeginWith) {
   EXPECT_EQ(estimator({}), config::SaveYaml(vision::RmGaOptions{}));
   EXPECT_EQ(estimator({"estimator.preset=published"}),
             config::SaveYaml(vision::RmGaOptions::Published()));
-  // Whatever the order.
+  EXPECT_EQ(estimator({"estimator.population=80", "estimator.preset=published"}),
+            config::SaveYaml(vision::RmGaOptions::Published()));
   vision::RmGaOptions changed = vision::RmGaOptions::Published();
   changed.population = 80;
-  EXPECT_EQ(estimator({"estimator.population=80", "estimator.preset=published"}),
-            config::SaveYaml(changed));
   EXPECT_EQ(estimator({"estimator.preset=published", "estimator.population=80"}),
             config::SaveYaml(changed));
 }
 
-TEST(OpticsPreset, IsWhatTheOtherKeysBeginWith) {
+TEST(OpticsPreset, SetsTheOtherKeysWhereItIsGiven) {
   const auto sensor = [](const std::vector<std::string>& assignments) {
     return LoadScenario("pool_passive", assignments).sensor;
   };
@@ -90,9 +89,9 @@ TEST(OpticsPreset, IsWhatTheOtherKeysBeginWith) {
   camera::SensorParams changed = sensor({"optics=published"});
   EXPECT_GT(changed.chroma_blur_px, 0);
   EXPECT_EQ(changed.transfer, camera::TransferCurve::kLinear);
-  changed.gain = 3;
   EXPECT_EQ(config::SaveYaml(sensor({"sensor.gain=3", "optics=published"})),
             config::SaveYaml(changed));
+  changed.gain = 3;
   EXPECT_EQ(config::SaveYaml(sensor({"optics=published", "sensor.gain=3"})),
             config::SaveYaml(changed));
 }
@@ -104,14 +103,15 @@ TEST(OpticsPreset, IsFoundInWhicheverLayerNamesIt) {
   std::ofstream(file) << "schema_version: 1\nseed: 1\nduration_s: 1\nmodel: pool_passive.xml\n"
                          "sensor: {gain: 3}\noptics: published\n";
   std::ofstream(gains) << "optics: modern_digital\n";
-  const auto blur_px = [&](const std::string& gains_file, const char* assignment) {
-    const Scenario scenario = LoadScenario(file, {assignment}, gains_file);
-    EXPECT_EQ(scenario.sensor.gain, 3);
-    return scenario.sensor.chroma_blur_px;
+  const auto sensor = [&](const std::string& gains_file, const char* assignment) {
+    return LoadScenario(file, {assignment}, gains_file).sensor;
   };
-  EXPECT_GT(blur_px("", "seed=2"), 0);
-  EXPECT_EQ(blur_px(gains, "seed=2"), 0);
-  EXPECT_GT(blur_px(gains, "optics=published"), 0);
+  EXPECT_GT(sensor("", "seed=2").chroma_blur_px, 0);
+  EXPECT_EQ(sensor("", "seed=2").gain, 3);  // a preset comes before the other keys of its file
+  EXPECT_EQ(sensor(gains, "seed=2").chroma_blur_px, 0);
+  EXPECT_EQ(sensor(gains, "seed=2").gain, camera::SensorParams().gain);
+  EXPECT_GT(sensor(gains, "optics=published").chroma_blur_px, 0);
+  EXPECT_EQ(sensor(gains, "optics=published").gain, 27);
   std::filesystem::remove(file);
   std::filesystem::remove(gains);
 }

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "experiments/config/yaml_fields.h"
 #include "experiments/statistics/intervals.h"
 #include "experiments/trial/trial.h"
 #include "sim/vehicle/scene.h"
@@ -138,7 +139,8 @@ Times MedianTimes(const Repeats& repeats) {
 
 BenchResult RunBench(const trial::Scenario& scenario, const BenchOptions& options) {
   trial::Scenario limited = scenario;
-  limited.duration_s = std::min(limited.duration_s, limited.clock.TimeOfFrame(options.frames));
+  const double duration_s = std::min(limited.duration_s, limited.clock.TimeOfFrame(options.frames));
+  trial::Resolve({config::ParseAssignment("duration_s=" + FormatNumber(duration_s))}, &limited);
   BareRenderer bare(limited);
   BenchResult result{.scenario = scenario.description, .renderer = bare.description()};
   for (int repeat = 0; repeat < options.repeats; ++repeat) {
