@@ -377,12 +377,17 @@ void Plan::CheckTrials(const std::string& file) {
 
 // Whether trials differ in files.
 bool Plan::NamesFiles() const {
-  std::set<std::string> varied(keys_.begin(), keys_.end());
+  VariedKeys varied;
   for (const auto* cases : {&cases_, &strata_})
     for (const Case& one : *cases)
-      for (const config::Assignment& given : one.values) varied.insert(given.key);
+      for (const config::Assignment& given : one.values) varied.Add(given.key, given.value);
+  for (const GridAxis& axis : grid_)
+    for (const config::YamlNode& value : axis.nodes) varied.Add(axis.key, value);
+  for (size_t i = 0; i < random_.size(); ++i)
+    for (const std::string& choice : random_[i].choices)
+      varied.Add(random_[i].key, config::ParseYamlValue(choice, distributions_[i]));
   return std::ranges::any_of(trial::ScenarioKeys(plugins_), [&varied](const auto& doc) {
-    return doc.type == "file" && varied.contains(doc.key);
+    return doc.type == "file" && varied.Has(doc.key);
   });
 }
 

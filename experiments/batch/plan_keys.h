@@ -53,6 +53,8 @@ class VariedKeys {
   // where it is given before, or another problem with that.
   void RequireNew(const std::string& key, const config::YamlNode& value,
                   const std::string& problem = "") const;
+  // Whether a key in dots is given, alone or in a group.
+  bool Has(const std::string& key) const { return Find(key) != nullptr; }
 
  private:
   // Where a key in dots, or its first part, is given; null where it is not.
