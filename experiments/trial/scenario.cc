@@ -44,8 +44,12 @@ std::string PathOfModel(const std::string& model) {
 }
 
 // The vehicle's data, beside its MJCF.
+fs::path DataBeside(const std::string& vehicle_model) {
+  return fs::path(PathOfModel(vehicle_model)).replace_extension(".yaml");
+}
+
 std::string VehicleDataFile(const std::string& vehicle_model) {
-  const fs::path data = fs::path(PathOfModel(vehicle_model)).replace_extension(".yaml");
+  const fs::path data = DataBeside(vehicle_model);
   if (vehicle_model.ends_with(".urdf") || vehicle_model.ends_with(".xacro"))
     throw ConfigError("vehicle_model", "'" + vehicle_model +
                                            "' is a URDF; `turbidock check-vehicle FILE --mjcf "
@@ -335,6 +339,9 @@ std::vector<ModelFile> ModelFilesOf(const Scenario& scenario) {
   for (const std::string& named : config::FilesNamedIn(scenario))
     if (const std::string path = PathOfModel(named); !contents.contains(path))
       contents[path] = DigestOf(system::ReadWhole(path));
+  // A resolved scenario has its values, and may be where it is not.
+  if (const fs::path data = DataBeside(scenario.vehicle_model); IsFile(data))
+    contents[data] = DigestOf(system::ReadWhole(data));
   for (const auto& [path, digest] : contents)
     files.push_back({path.starts_with(bundled) ? path.substr(bundled.size()) : path, digest});
   return files;

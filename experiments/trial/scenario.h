@@ -320,8 +320,8 @@ std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins = {});
 // ConfigError for a scene without a vehicle.xml (station.xml) that another could be taken for.
 vehicle::SceneFiles SceneFilesOf(const Scenario& scenario);
 
-// What it is made from now: its models with all that they include, and every file that a key names.
-// ConfigError as of vehicle::ContentsOf.
+// What it is made from now: its models with all that they include, the vehicle's data, and every
+// file that a key names. ConfigError as of vehicle::ContentsOf.
 std::vector<ModelFile> ModelFilesOf(const Scenario& scenario);
 // What is kept of a trial's scenario, resolved.yaml: SaveScenario with what it is made from now.
 std::string SaveResolved(const Scenario& scenario);
