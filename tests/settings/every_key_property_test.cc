@@ -1,0 +1,223 @@
+// Every key of a scenario, set in every way in which one can be, makes the scenario that --set
+// makes; or the way refuses the key by its name.
+//
+// Here each key is set alone; key_places_property_test.cc has those ways of which each takes a
+// plan or a study of its own.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "experiments/batch/plan.h"
+#include "experiments/config/yaml_fields.h"
+#include "experiments/studies/gate/gate_plan.h"
+#include "experiments/studies/tuning/study.h"
+#include "experiments/trial/running_trial.h"
+#include "tests/settings/key_cases.h"
+#include "tests/support/message_of.h"
+
+namespace turbidock {
+namespace {
+
+using ::testing::AllOf;
+using testing::DifferenceOf;
+using ::testing::HasSubstr;
+using testing::KeyCase;
+using testing::KeyCasesOf;
+using testing::MessageOf;
+using ::testing::TestParamInfo;
+using ::testing::TestWithParam;
+using ::testing::Values;
+using testing::YamlBlock;
+
+// ---------------------------------------------------------------------------- what is refused
+// where
+
+// A batch and a gate give each trial its seed.
+bool MayBeGivenToTrials(const KeyCase& of) { return of.key != "seed"; }
+
+// What a running trial can follow; of the sea not the file of a measured current, and no commands
+// from a file in the controller's place.
+const std::set<std::string> kMayChange = {
+    "water", "lamps", "ball_lights", "sea", "levelling", "controller", "p_voltage", "pid", "lqg"};
+bool MayChange(const KeyCase& of) {
+  return kMayChange.contains(of.group()) && of.key != "sea.current.series";
+}
+
+// ------------------------------------------------------------------------------------------- ways
+
+class EveryKey : public TestWithParam<const char*> {
+ protected:
+  const std::string base_ = GetParam();
+  const size_t first_ = base_ == "pool_active" ? 0 : 1;  // where a base has every other key
+  const std::vector<KeyCase>& cases_ = KeyCasesOf(base_);
+  size_t compared_ = 0;
+
+  void Compare(const KeyCase& of, size_t value, const trial::Scenario& made) {
+    trial::Scenario expected = of.scenarios.at(value);
+    if (MayBeGivenToTrials(of)) expected.seed = made.seed;
+    EXPECT_EQ(DifferenceOf(expected, made), "")
+        << fmt::format("of {} with {}", base_, fmt::join(of.Assignments(value), ", "));
+    ++compared_;
+  }
+
+  // That so many values were compared as these keys have.
+  template <class Which>
+  void ExpectCompared(const Which& which, size_t ways) const {
+    size_t values = 0;
+    for (const KeyCase& of : cases_)
+      if (which(of)) values += of.values.size();
+    EXPECT_EQ(compared_, values * ways);
+  }
+
+  template <class Do>
+  void ForEachValue(const Do& act) {
+    for (const KeyCase& of : cases_)
+      for (size_t value = 0; value < of.values.size(); ++value) act(of, value);
+  }
+};
+
+std::string NameOf(const TestParamInfo<const char*>& info) { return info.param; }
+INSTANTIATE_TEST_SUITE_P(Of, EveryKey, Values("pool_active", "approach_5m"), NameOf);
+
+// All keys of the list are here: alone, in a list of groups as an element's, or as a group.
+TEST_P(EveryKey, IsTried) {
+  std::set<std::string> listed, tried;
+  for (const config::KeyDoc& doc : trial::ScenarioKeys()) listed.insert(doc.key);
+  for (const KeyCase& of : cases_) tried.insert(of.listed);
+  EXPECT_EQ(tried, listed);
+}
+
+TEST_P(EveryKey, IsSetInAScenarioThatIsResolvedAlready) {
+  const trial::Scenario loaded = trial::LoadScenario(base_, {});
+  const trial::Scenario saved = trial::ParseScenario(trial::SaveScenario(loaded), "resolved.yaml");
+  EXPECT_EQ(DifferenceOf(loaded, saved), "");
+  ForEachValue([&](const KeyCase& of, size_t value) {
+    for (trial::Scenario scenario : {loaded, saved}) {
+      trial::Resolve(config::ParseAssignments(of.Assignments(value)), &scenario);
+      Compare(of, value, scenario);
+    }
+  });
+  ExpectCompared([](const KeyCase&) { return true; }, 2);
+}
+
+// What a scenario saves is what it is. Of each key one value, with every other base.
+TEST_P(EveryKey, IsSavedAndReadAgain) {
+  for (size_t i = first_; i < cases_.size(); i += 2) {
+    const trial::Scenario& made = cases_[i].scenarios.back();
+    Compare(cases_[i], cases_[i].values.size() - 1,
+            trial::ParseScenario(trial::SaveScenario(made), "resolved.yaml"));
+  }
+  EXPECT_EQ(compared_, (cases_.size() + 1 - first_) / 2);
+}
+
+// All values at once, each as a case or a stratum of its own; cases with one base, strata with the
+// other.
+TEST_P(EveryKey, IsSetByCasesOrStrataOfAPlan) {
+  const std::string part = first_ == 0 ? "cases" : "strata";
+  std::string values;
+  int64_t count = 0;
+  ForEachValue([&](const KeyCase& of, size_t value) {
+    if (MayBeGivenToTrials(of))
+      values += YamlBlock("  ", fmt::format("\"{}\"", count++), of.Assignments(value));
+  });
+  const std::string text = fmt::format("schema_version: 1\nscenario: {}\nseeds: {}\n{}:\n{}", base_,
+                                       first_ == 0 ? 1 : count, part, values);
+  const batch::Plan plan(text, "plan.yaml"), stored(plan.resolved(), "plan");
+  ASSERT_EQ(plan.trials(), count);
+  EXPECT_EQ(stored.hash(), plan.hash());
+  int64_t trial = 0;
+  ForEachValue([&](const KeyCase& of, size_t value) {
+    if (!MayBeGivenToTrials(of)) return;
+    Compare(of, value, plan.ScenarioOf(plan.Trial(trial)));
+    Compare(of, value, stored.ScenarioOf(stored.Trial(trial++)));
+  });
+  ExpectCompared(MayBeGivenToTrials, 2);
+}
+
+// Of each key one value with either base.
+TEST_P(EveryKey, IsSetByConditionsOfAGate) {
+  std::string text = "schema_version: 1\nbaseline: baseline.yaml\nconditions:\n";
+  const auto value_of = [this](const KeyCase& of) { return of.values.size() == 1 ? 0 : first_; };
+  for (const KeyCase& of : cases_)
+    if (MayBeGivenToTrials(of))
+      text += fmt::format("  - name: \"{}\"\n    scenario: {}\n", of.key, base_) +
+              YamlBlock("    ", "set", of.Assignments(value_of(of)));
+  const std::string file = ::testing::TempDir() + base_ + "_gate.yaml";
+  std::ofstream(file) << text;
+  const gate::GatePlan gate = gate::LoadGatePlan(file);
+  for (const KeyCase& of : cases_)
+    if (MayBeGivenToTrials(of))
+      Compare(of, value_of(of), gate::ScenarioOf(gate.conditions.at(compared_), 17));
+  EXPECT_EQ(compared_ + 1, cases_.size());
+}
+
+TEST_P(EveryKey, IsChangedInARunningTrialOrRefused) {
+  const trial::Scenario base = trial::LoadScenario(base_, {});
+  size_t refused = 0;
+  ForEachValue([&](const KeyCase& of, size_t value) {
+    const std::string assignment = of.Assignments(value).back();
+    trial::Scenario running = base;
+    if (kMayChange.contains(of.group()))
+      trial::Resolve(config::ParseAssignments(of.before), &running);
+    if (MayChange(of)) {
+      Compare(of, value, trial::Changed(running, assignment));
+    } else {
+      EXPECT_THAT(MessageOf([&] { trial::Changed(running, assignment); }),
+                  AllOf(HasSubstr(of.key), HasSubstr("cannot change while")));
+      ++refused;
+    }
+  });
+  ExpectCompared(MayChange, 1);
+  EXPECT_GT(refused, compared_);
+}
+
+// No gain but plain numbers; those are tuned in key_places_property_test.cc.
+TEST_P(EveryKey, IsANumberOrIsNotTuned) {
+  size_t refused = 0, numbers = 0;
+  for (const KeyCase& of : cases_) {
+    if (of.is_plain_number()) {
+      ++numbers;
+      continue;
+    }
+    const std::string text =
+        "schema_version: 1\ntrials: {scenario: pool_active}\nobjective: [{metric: time_s}]\n"
+        "gains: [{key: \"" +
+        of.key + "\"}]\n";
+    EXPECT_THAT(MessageOf([&] { tuning::Study(config::ParseYaml(text, "study.yaml")); }),
+                HasSubstr("'" + of.key + "' is no number of a scenario"));
+    ++refused;
+  }
+  EXPECT_EQ(refused + numbers, cases_.size());
+}
+
+// What gives each trial its seed takes none.
+TEST(TheSeed, IsRefusedByWhatGivesIt) {
+  const std::string head = "schema_version: 1\nscenario: pool_active\n";
+  for (const std::string text :
+       {"set: {seed: 3}", "grid: {seed: [3, 4]}", "cases: {one: {seed: 3}}",
+        "strata: {one: {seed: 3}}", "random: {seed: {choice: [3, 4]}}"}) {
+    EXPECT_THAT(MessageOf([&] { batch::Plan(head + text, "plan.yaml"); }),
+                HasSubstr("seed: the plan gives each trial its seed; set master_seed"))
+        << text;
+    EXPECT_THAT(MessageOf([&] {
+                  tuning::Study(config::ParseYaml(
+                      "schema_version: 1\ntrials: {scenario: pool_active, seeds: 1, " + text +
+                          "}\ngains: [{key: jam.time_s}]\nobjective: [{metric: time_s}]\n",
+                      "study.yaml"));
+                }),
+                text.starts_with("strata") ? HasSubstr("a study takes trials one by one")
+                                           : HasSubstr("seed: the plan gives each trial its seed"))
+        << text;
+  }
+}
+
+}  // namespace
+}  // namespace turbidock
