@@ -8,6 +8,7 @@
 #include "experiments/batch/plan.h"
 #include "experiments/batch/plan_keys.h"
 #include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
 #include "experiments/config/yaml_node.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/python/bindings.h"
@@ -274,7 +275,10 @@ PYBIND11_MODULE(_core, module) {
     try {
       std::rethrow_exception(std::move(thrown));
     } catch (const ConfigError& error) {  // nobody gave an option here
-      const std::string words = boost::replace_all_copy<std::string>(error.what(), "--set ", "");
+      std::string words = error.what();
+      boost::replace_all(words, "--set ", "");
+      boost::replace_all(words, "--out", "out");
+      boost::replace_all(words, "--anew", "anew=True");
       PyErr_SetString(py::module_::import("turbidock").attr("ConfigError").ptr(), words.c_str());
     }
   });
