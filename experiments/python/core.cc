@@ -8,6 +8,7 @@
 #include "experiments/batch/plan.h"
 #include "experiments/batch/plan_keys.h"
 #include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
 #include "experiments/config/yaml_node.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/python/bindings.h"
