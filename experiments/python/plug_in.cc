@@ -300,16 +300,15 @@ void AddPlugins(py::module_* module) {
                  });
              plugins->SetCode(name, CodeOr(code));
            })
-      .def("add_estimator",
-           [](Plugins* plugins, const std::string& name, py::object make, const py::list& keys,
-              const std::string& code) {
-             plugins->AddEstimator(name, KeysOf(keys),
-                                   [held = Hold(std::move(make))](
-                                       const Keys& params, const trial::EstimatorSetup& setup) {
-                                     return std::make_unique<PythonEstimator>(held, params, setup);
-                                   });
-             plugins->SetCode(name, CodeOr(code));
-           });
+      .def("add_estimator", [](Plugins* plugins, const std::string& name, py::object make,
+                               const py::list& keys, const std::string& code) {
+        plugins->AddEstimator(
+            name, KeysOf(keys),
+            [held = Hold(std::move(make))](const Keys& params, const trial::EstimatorSetup& setup) {
+              return std::make_unique<PythonEstimator>(held, params, setup);
+            });
+        plugins->SetCode(name, CodeOr(code));
+      });
 }
 
 }  // namespace turbidock::python

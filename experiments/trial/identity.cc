@@ -27,7 +27,8 @@ std::string IdentityOf(const Scenario& scenario, const std::string& program,
   });
   Digest digest;
   for (const std::string& part :
-       {SaveScenario(anywhere), program, scenario.plugins.CodeInUse(), renderer}) digest.Add(part);
+       {SaveScenario(anywhere), program, scenario.plugins.CodeInUse(), renderer})
+    digest.Add(part);
   return digest.Hex();
 }
 

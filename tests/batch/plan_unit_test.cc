@@ -197,8 +197,10 @@ TEST(Plan, RefusesStrataThatAreNotMetEquallyOftenOrNameAKeyTwice) {
 TEST(Plan, RefusesToSetWhatItGivesEachTrial) {
   const auto error = [](const std::string& text,
                         const std::string& assignment = "lamps.enabled=true") {
-    return testing::MessageOf(
-        [&] { Make("scenario: pool_active\nseeds: 2\n" + text, {.assignments = {config::ParseAssignment(assignment)}}); });
+    return testing::MessageOf([&] {
+      Make("scenario: pool_active\nseeds: 2\n" + text,
+           {.assignments = {config::ParseAssignment(assignment)}});
+    });
   };
   for (const std::string varied :
        {"grid: {duration_s: [5]}\n", "random: {duration_s: {uniform: [5, 6]}}\n",
@@ -301,7 +303,9 @@ TEST(Plan, ResolvedIsAPlanOfTheSameTrials) {
       "grid:\n  scenario: [pool_active, pool_passive]\n  sea.state: [calm]\n"
       "random:\n  start.vertical_m: {normal: [0, 1], within: [0.5, 3]}\n"
       "  camera_delay_frames: {choice: [1, 2]}\n",
-      {.assignments = config::ParseAssignments({"water.milk_ml_m3=7"}), .master_seed = 99, .seeds = 4});
+      {.assignments = config::ParseAssignments({"water.milk_ml_m3=7"}),
+       .master_seed = 99,
+       .seeds = 4});
   const Plan again(plan.resolved(), "resolved");
   EXPECT_EQ(again.resolved(), plan.resolved());
   EXPECT_EQ(again.hash(), plan.hash());

@@ -107,8 +107,7 @@ TEST(Presets, AGroupIsToldOfEveryKeyInIt) {
   EXPECT_THAT(Read("{}", {"box.length_m=2", "is_full=true"}).told,
               ElementsAre("box.length_m", "is_full"));
   EXPECT_THAT(Read("box: {length_m: 2}").told, ElementsAre("box.length_m", "box"));
-  EXPECT_EQ(MessageOf([] { Read("box:\n  length_m: 200\n"); }),
-            "s.yaml:2: box.length_m: no room");
+  EXPECT_EQ(MessageOf([] { Read("box:\n  length_m: 200\n"); }), "s.yaml:2: box.length_m: no room");
 }
 
 TEST(Presets, StandForNothingInWhatIsResolved) {
