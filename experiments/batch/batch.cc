@@ -1,6 +1,6 @@
 #include "experiments/batch/batch.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -89,8 +89,9 @@ class Renderers {
   std::optional<std::string> Now(view::GlBackend asked) {
     // on a cluster it is its nodes' and comes with their results
     if (jobs_.slurm) return std::nullopt;
-    const auto [there, is_new] = known_.try_emplace(asked);
-    if (!is_new) return there->second;
+    const auto known = known_.try_emplace(asked);
+    std::optional<std::string>& now = known.first->second;
+    if (!known.second) return now;
     const Work ask{"renderer", [asked](const std::string&) {
                      std::string remark;
                      return view::MakeGlContext(asked, &remark)->description();
@@ -98,11 +99,10 @@ class Renderers {
     const auto pool = MakePool({.workers = 1, .fork = jobs_.fork}, kJobTimeLimit_s, ask);
     try {
       MapEach(
-          pool.get(), {""}, [&](size_t, const std::string& text) { there->second = text; },
-          nullptr);
+          pool.get(), {""}, [&](size_t, const std::string& text) { now = text; }, nullptr);
     } catch (const SimulatorFault&) {  // a trial that has to be drawn will say so
     }
-    return there->second;
+    return now;
   }
 
  private:
@@ -148,8 +148,14 @@ ResultStore OpenResults(const std::string& file, const Plan& plan, const Shard& 
   const StoreHeader header = HeaderOf(plan, shard);
   ResultStore store = ResultStore::Open(file, header);
   const std::vector<std::string> differences = Differences(store.header(), header);
-  if (!differences.empty() && (shard.count > 1 || store.header().keys != header.keys))
-    throw OtherResults(file, differences[0], "");
+  if (!differences.empty() && shard.count > 1)
+    throw OtherResults(file, differences[0] + " (a part of a batch does not grow)", "");
+  if (store.header().keys != header.keys)
+    throw OtherResults(
+        file,
+        fmt::format("its trials vary {}, these {}", fmt::join(store.header().keys, ", "),
+                    fmt::join(header.keys, ", ")),
+        "");
   Renderers renderers(jobs);
   bool is_same = differences.empty();
   if (is_same)

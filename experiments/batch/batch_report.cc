@@ -83,7 +83,7 @@ void AddCurves(const std::vector<StoredTrial>& trials, const BatchReportOptions&
 
 // How many trials a gate or a tuning run will have, its file does not say.
 bool IsComplete(const BatchSummary& summary) {
-  return IsBatch(summary) && summary.trials > 0 && summary.trials == summary.scheduler.wanted();
+  return IsBatch(summary) && summary.trials > 0 && summary.scheduler.complete();
 }
 
 report::Verdict StateOf(const BatchSummary& summary) {

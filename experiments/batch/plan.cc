@@ -12,10 +12,12 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/report/table.h"
 #include "experiments/statistics/intervals.h"
 #include "experiments/statistics/sampling.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
+#include "experiments/trial/world.h"
 #include "sim/base/random.h"
 
 namespace turbidock::batch {
@@ -161,7 +163,9 @@ void Plan::ReadGrid(const config::YamlNode& node) {
       given_.RequireNew(key, value);
       std::string text = value.OneLine();
       if (key == kScenarioKey) text = value.Text().value_or(text);
-      if (!seen.insert(text).second) value.Fail("'" + text + "' is given twice");
+      const std::optional<double> number = report::NumberIn(text);
+      if (!seen.insert(number ? FormatNumber(*number) : text).second)
+        value.Fail("'" + text + "' is given twice");
       axis.values.push_back(text);
       axis.nodes.push_back(value);
     }
@@ -338,6 +342,7 @@ void Plan::AddFiles(trial::Scenario scenario) {
   const auto [there, is_new] = files_.try_emplace(NamesIn(&scenario));
   if (!is_new) return;
   there->second = trial::ModelFilesOf(scenario);
+  trial::CheckFiles(scenario);
   for (size_t i = 0; i < random_.size(); ++i) {
     for (const std::string& choice : random_[i].choices) {
       trial::Scenario other = scenario;

@@ -127,6 +127,12 @@ std::string ChangeOf(const StoreHeader& before, const StoreHeader& now) {
   try {
     const config::YamlNode was = config::ParseYaml(before.plan, "plan"),
                            is = config::ParseYaml(now.plan, "plan");
+    for (const char* key : {"master_seed", "common_seeds"})
+      if (was.Find(key) && is.Find(key))
+        if (const std::string difference =
+                FirstDifference(was.Find(key)->OneLine(), is.Find(key)->OneLine());
+            !difference.empty())
+          return std::string(key) + ": " + difference;
     for (const char* key :
          {"model_files", "resolved_scenarios", "conditions", "cases", "strata", "random"})
       if (const std::string difference = CommonDifference(was, is, key); !difference.empty())

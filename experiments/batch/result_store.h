@@ -78,10 +78,11 @@ std::string ChangeOf(const StoreHeader& before, const StoreHeader& now);
 class OtherResults : public ConfigError {
  public:
   // `way_out`: what else one may do.
-  OtherResults(const std::string& file, const std::string& how,
-               const std::string& way_out = ", or run what changed with --anew")
-      : ConfigError(file + ": was begun with something else: " + how +
-                    ". Give another --out, finish it as it was begun" + way_out) {}
+  OtherResults(
+      const std::string& file, const std::string& how,
+      const std::string& way_out = ", finish it as it was begun, or run what changed with --anew")
+      : ConfigError(file + ": was begun with something else: " + how + ". Give another --out" +
+                    way_out) {}
 };
 
 struct StoredTrial {

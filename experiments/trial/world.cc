@@ -253,6 +253,14 @@ control::VehicleModel ModelOf(const vehicle::VehicleData& known, const vehicle::
   return model;
 }
 
+void CheckFiles(const Scenario& scenario) {
+  const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig);
+  CheckMarker(scenario, scene);
+  CurrentOf(scenario.sea);
+  if (const auto commands = scenario.plugins.Spec().commands)
+    commands(ModelOf(scenario.known_vehicle, scene), scenario.duration_s);
+}
+
 control::VehicleModel ModelOf(const Scenario& scenario) {
   return ModelOf(scenario.known_vehicle, vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig));
 }

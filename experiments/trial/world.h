@@ -146,4 +146,8 @@ control::VehicleModel ModelOf(const vehicle::VehicleData& known, const vehicle::
 // The same of a scenario; reads its scene.
 control::VehicleModel ModelOf(const Scenario& scenario);
 
+// ConfigError for what is wrong in the files that a scenario's trial reads: what its start would
+// say.
+void CheckFiles(const Scenario& scenario);
+
 }  // namespace turbidock::trial

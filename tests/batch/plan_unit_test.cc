@@ -422,6 +422,8 @@ TEST(Plan, SaysWhatIsWrongAndWhere) {
        "plan.yaml:3: water.milk_ml_m3 = -1"},
       {"scenario: pool_active\ngrid: {water.milk_ml_m3: [1, 2, 1]}\n",
        "plan.yaml:3: grid.water.milk_ml_m3[2]: '1' is given twice"},
+      {"scenario: pool_active\ngrid: {water.milk_ml_m3: [0.1, 1.0e-1]}\n",
+       "plan.yaml:3: grid.water.milk_ml_m3[1]: '1.0e-1' is given twice"},
       {"scenario: pool_active\ngrid: {water.milk_ml_m3: 3}\n",
        "plan.yaml:3: grid.water.milk_ml_m3: must be a list of values"},
       {"scenario: pool_active\ngrid: {seed: [1]}\n", "set master_seed"},

@@ -2,6 +2,7 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <set>
 
@@ -42,10 +43,12 @@ GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
     }
     condition.settings = fmt::format("{}", fmt::join(settings, " "));
   }
-  given.insert(given.end(), given_to_all.begin(), given_to_all.end());
-  for (const config::Assignment& each : given)
+  const auto require_no_seed = [](const config::Assignment& each) {
     if (each.key == "seed")
       each.value.Fail("the gate gives each trial its seed; set the gate's own `seed`");
+  };
+  std::ranges::for_each(given, require_no_seed);
+  std::ranges::for_each(given_to_all, require_no_seed);
 
   std::error_code ignored;
   const fs::path beside = fs::path(node.file).parent_path() / condition.scenario;
@@ -57,8 +60,12 @@ GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
     Digest digest;
     digest.Add(config::LoadYaml(condition.scenario_file).OneLine());
     for (const std::string& setting : settings) digest.Add(setting);
-    condition.digest = digest.Hex();
     condition.resolved = trial::LoadScenario(condition.scenario_file, given, plugins);
+    // What the program itself brings along may change: that is what the gate is for.
+    for (const trial::ModelFile& file : trial::ModelFilesOf(condition.resolved))
+      if (fs::path(file.file).is_absolute()) digest.Add(file.content);
+    condition.digest = digest.Hex();
+    if (!given_to_all.empty()) trial::Resolve(given_to_all, &condition.resolved);
     condition.resolved.model_files = trial::ModelFilesOf(condition.resolved);
   } catch (const ConfigError& error) {
     if (std::string(error.what()).starts_with(node.file + ":")) throw;
