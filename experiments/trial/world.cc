@@ -255,7 +255,6 @@ control::VehicleModel ModelOf(const vehicle::VehicleData& known, const vehicle::
 
 void CheckFiles(const Scenario& scenario) {
   const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig);
-  CheckMarker(scenario, scene);
   CurrentOf(scenario.sea);
   if (const auto commands = scenario.plugins.Spec().commands)
     commands(ModelOf(scenario.known_vehicle, scene), scenario.duration_s);
