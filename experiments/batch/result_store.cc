@@ -67,6 +67,13 @@ std::string CommonDifference(const config::YamlNode& before, const config::YamlN
   return "";
 }
 
+// A plan, or that of a study.
+config::YamlNode TrialsIn(const std::string& text) {
+  const config::YamlNode plan = config::ParseYaml(text, "plan");
+  const auto trials = plan.Find("trials");
+  return trials && trials->Text() ? config::ParseYaml(*trials->Text(), "plan") : plan;
+}
+
 // Lines of a name and a digest.
 std::string CodeDifference(const std::string& before, const std::string& now) {
   std::istringstream lines(before);
@@ -125,8 +132,7 @@ std::string ChangeOf(const StoreHeader& before, const StoreHeader& now) {
   if (before.build != now.build) return "the builds differ: " + before.build + " and " + now.build;
   if (const std::string code = CodeDifference(before.code, now.code); !code.empty()) return code;
   try {
-    const config::YamlNode was = config::ParseYaml(before.plan, "plan"),
-                           is = config::ParseYaml(now.plan, "plan");
+    const config::YamlNode was = TrialsIn(before.plan), is = TrialsIn(now.plan);
     for (const char* key : {"master_seed", "common_seeds"})
       if (was.Find(key) && is.Find(key))
         if (const std::string difference =

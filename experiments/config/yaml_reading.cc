@@ -352,9 +352,9 @@ void ReadLayer(const Assignment& layer, const GroupRef& group, Origins* origins)
     return Reader(group, layer.value.path, origins).Read(layer.value, {"", {}, "", group});
   YamlNode at = layer.value;
   at.path = layer.key;
-  std::vector<Around> around;
-  const Field field = FieldAt(group, &at, &around);
-  Reader(group, "", origins, {.around = std::move(around)}).Read(at, field);
+  ReadOptions options;
+  const Field field = FieldAt(group, &at, &options.around);
+  Reader(group, "", origins, options).Read(at, field);
 }
 
 }  // namespace
