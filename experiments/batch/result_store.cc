@@ -61,8 +61,8 @@ std::string CommonDifference(const config::YamlNode& before, const config::YamlN
       const std::string difference = FirstDifference(is_text ? *value.Text() : value.OneLine(),
                                                      is_text ? *other->Text() : other->OneLine());
       if (!difference.empty())
-        return key == "model_files" ? "the file " + name + " has changed"
-                                    : name + ": " + difference;
+        return key == "model_files" ? fmt::format("the file {} has changed", name)
+                                    : fmt::format("{}: {}", name, difference);
     }
   return "";
 }
@@ -130,7 +130,7 @@ bool IsOf(const Shard& shard, const TrialRule& rule, int64_t trial) {
 
 std::string ChangeOf(const StoreHeader& before, const StoreHeader& now) {
   if (before.build != now.build) return "the builds differ: " + before.build + " and " + now.build;
-  if (const std::string code = CodeDifference(before.code, now.code); !code.empty()) return code;
+  if (std::string code = CodeDifference(before.code, now.code); !code.empty()) return code;
   try {
     const config::YamlNode was = TrialsIn(before.plan), is = TrialsIn(now.plan);
     for (const char* key : {"master_seed", "common_seeds"})
@@ -141,7 +141,7 @@ std::string ChangeOf(const StoreHeader& before, const StoreHeader& now) {
           return std::string(key) + ": " + difference;
     for (const char* key :
          {"model_files", "resolved_scenarios", "conditions", "cases", "strata", "random"})
-      if (const std::string difference = CommonDifference(was, is, key); !difference.empty())
+      if (std::string difference = CommonDifference(was, is, key); !difference.empty())
         return difference;
   } catch (const ConfigError&) {  // of an older program: the texts still differ
   }

@@ -225,7 +225,7 @@ Origins SetLayers(const std::vector<Assignment>& layers, T* object, GivenKeys* g
 // The same, and checks it.
 template <HasFields T>
 Origins ReadLayers(const std::vector<Assignment>& layers, T* object, GivenKeys* given = nullptr) {
-  const Origins origins = SetLayers(layers, object, given);
+  Origins origins = SetLayers(layers, object, given);
   CheckSettings(*object, origins);
   return origins;
 }
@@ -249,6 +249,7 @@ template <HasFields T>
 T LoadLayers(const std::vector<std::string>& files, const std::vector<std::string>& assignments) {
   T object;
   std::vector<Assignment> layers;
+  layers.reserve(files.size() + assignments.size());
   for (const std::string& file : files) layers.push_back({"", LoadYaml(file)});
   for (const std::string& text : assignments) layers.push_back(ParseAssignment(text));
   ReadLayers(layers, &object);

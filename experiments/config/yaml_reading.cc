@@ -103,7 +103,7 @@ std::vector<std::string> SplitPath(std::string path) {
   for (size_t i = path.find('['); i != std::string::npos; i = path.find('[', i)) {
     const size_t close = path.find_first_not_of("0123456789", i + 1);
     if (close == std::string::npos || path[close] != ']' ||
-        std::string_view("[.", 3).find(path.c_str()[close + 1]) == std::string_view::npos)
+        std::string_view("[.\0", 3).find(path.c_str()[close + 1]) == std::string_view::npos)
       return {""};
     path.erase(close, 1);
     path[i] = '.';
@@ -445,6 +445,7 @@ Assignment ParseAssignment(const std::string& text) {
 
 std::vector<Assignment> ParseAssignments(const std::vector<std::string>& texts) {
   std::vector<Assignment> assignments;
+  assignments.reserve(texts.size());
   for (const std::string& text : texts) assignments.push_back(ParseAssignment(text));
   return assignments;
 }
