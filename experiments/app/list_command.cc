@@ -86,6 +86,10 @@ int List(const ListArguments& arguments) {
     PrintAll();
   else if (what == "keys")
     PrintKeys(trial::ScenarioKeys(plugins));
+  else if (what == "plan-keys")
+    PrintKeys(batch::PlanKeys());
+  else if (what == "study-keys")
+    PrintKeys(config::ListKeys<tuning::StudySettings>());
   else if (what == "result-keys")
     std::fputs(trial::ResultKeyTable().c_str(), stdout);
   else
@@ -100,10 +104,13 @@ void AddList(CommandLine& line) {
       line.Add("list", "List the bundled scenarios, plans and studies, or the keys", &List);
   arguments.plugins = line.plugins();
   const Option what =
-      list.Add("what", arguments.what,
-               "scenarios, plans, studies; keys: every key of a scenario with default, range and\n"
-               "meaning; result-keys: every key of a result with its column in a batch's file")
-          .OneOf({"all", "scenarios", "plans", "studies", "keys", "result-keys"});
+      list.Add(
+              "what", arguments.what,
+              "scenarios, plans, studies; keys: every key of a scenario with default, range and\n"
+              "meaning; plan-keys: of a plan; study-keys: of a plan that tune takes, in `tuning`;\n"
+              "result-keys: every key of a result with its column in a batch's file")
+          .OneOf({"all", "scenarios", "plans", "studies", "keys", "plan-keys", "study-keys",
+                  "result-keys"});
   list.Add("--show SCENARIO", arguments.show,
            "Instead: a scenario, bundled or a file, with every default spelt out")
       .Excludes(what);

@@ -28,9 +28,17 @@ namespace fs = std::filesystem;
 constexpr const char* kScenarioKey = "scenario";
 constexpr const char* kCaseKey = "case";
 
-const std::vector<config::Assignment>& ValuesOf(const std::vector<Case>& cases,
-                                                const std::string& name) {
-  return std::ranges::find(cases, name, &Case::name)->values;
+// Keys of older files, and what has taken their place.
+const std::vector<PlanKey> kReplaced = {
+    {"conditions",
+     "is now `cases`, by name, with scenario and keys together; alpha, beta, margins and baseline "
+     "are in the group `gate`"},
+    {"trials",
+     "its keys now stand at the top of the file; gains, objective, optimiser, racing and proof are "
+     "in the group `tuning`"}};
+
+const Case& CaseIn(const std::vector<Case>& cases, const std::string& name) {
+  return *std::ranges::find(cases, name, &Case::name);
 }
 
 config::Assignment SeedOf(int64_t seed) {
@@ -69,6 +77,32 @@ std::string NamesIn(trial::Scenario* scenario) {
 // Of a resolved plan: where the files are that it names.
 constexpr const char* kFolderKey = "folder";
 
+// Keys of a plan that PlanSettings does not have.
+std::vector<PlanKey> Groups() {
+  std::vector<PlanKey> groups = {
+      {"set", "keys of the scenario and their values, in every trial"},
+      {"cases",
+       "cells by name, each with keys of the scenario and perhaps a `scenario` of its own, in "
+       "every cell of the grid"},
+      {"grid", "keys of the scenario and a list of values of each; every combination is a cell"},
+      {"strata",
+       "equally likely parts of the draws by name, each with keys of the scenario; a cell's trials "
+       "are of each in turn"},
+      {"random",
+       "keys of the scenario and how each trial draws their values: {uniform: [LOW, HIGH]}, "
+       "{log_uniform: [LOW, HIGH]}, {normal: [MEAN, DEVIATION], within: [LOW, HIGH]}, "
+       "{choice: [VALUE, ...]}"}};
+  std::ranges::copy(kUseGroups, std::back_inserter(groups));
+  for (const char* key : {"resolved_scenarios", "model_files", kFolderKey})
+    groups.push_back({key, "of a resolved plan, which the program writes"});
+  return groups;
+}
+
+void RefuseKeys(const config::YamlNode& plan, const std::vector<PlanKey>& keys) {
+  for (const auto& [key, why] : keys)
+    if (const auto given = plan.Find(key)) given->Fail(why);
+}
+
 config::YamlNode InItsFolder(config::YamlNode plan) {
   if (const auto folder = plan.Find(kFolderKey))
     plan.file = (fs::path(folder->Text().value_or("")) / fs::path(plan.file).filename()).string();
@@ -93,10 +127,16 @@ Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
     : plugins_(overrides.plugins) {
   const config::YamlNode plan = InItsFolder(given);
   const std::string& file = plan.file;
+  RefuseKeys(plan, kReplaced);
+  if (!plan.Find("resolved_scenarios")) {
+    RefuseKeys(plan, overrides.refused);
+    for (const char* key : {"model_files", kFolderKey})
+      RefuseKeys(plan, {{key, "only a resolved plan has it; leave it out"}});
+  }
+  std::vector<std::string> groups;
+  for (const PlanKey& group : Groups()) groups.push_back(group.key);
   config::Origins origins;
-  config::ReadFields(plan, &settings_, &origins,
-                     {"set", "grid", "cases", "strata", "random", "resolved_scenarios",
-                      "model_files", kFolderKey});
+  config::ReadFields(plan, &settings_, &origins, groups);
   if (!plan.Find("schema_version"))
     throw ConfigError(file + ": schema_version: this key is required");
   if (overrides.master_seed) settings_.master_seed = *overrides.master_seed;
@@ -183,9 +223,14 @@ std::vector<Case> Plan::CasesIn(const config::YamlNode& node, const std::string&
     Case& read = cases.emplace_back(Case{.name = name, .values = {}});
     for (const auto& [key, value] : values.Entries()) {
       RequireGivable(key, value);
-      if (key == kScenarioKey) value.Fail("belongs in the grid");
-      if (parameter == kStratumKey) given_.RequireNew(key, value);
-      read.values.push_back({key, value});
+      if (parameter == kStratumKey) {
+        if (key == kScenarioKey) value.Fail("belongs in the grid or in a case");
+        given_.RequireNew(key, value);
+      }
+      if (key == kScenarioKey)
+        RequireName(read.scenario = value.Text().value_or(""), value);
+      else
+        read.values.push_back({key, value});
       given.emplace_back(key, value);
     }
   }
@@ -198,7 +243,7 @@ std::vector<Case> Plan::CasesIn(const config::YamlNode& node, const std::string&
 void Plan::ReadRandom(const config::YamlNode& node) {
   for (const auto& [key, distribution] : node.Entries()) {
     RequireGivable(key, distribution);
-    if (key == kScenarioKey) distribution.Fail("belongs in the grid");
+    if (key == kScenarioKey) distribution.Fail("belongs in the grid or in a case");
     const config::YamlNode one_value = config::TextNode("", distribution);
     given_.RequireNew(key, one_value);
     given_.Add(key, one_value);
@@ -209,15 +254,18 @@ void Plan::ReadRandom(const config::YamlNode& node) {
 }
 
 void Plan::LoadScenarios(const config::YamlNode& plan) {
-  std::vector<std::string> names;
+  std::set<std::string> names;
   for (const GridAxis& axis : grid_)
-    if (axis.key == kScenarioKey) names = axis.values;
+    if (axis.key == kScenarioKey) names.insert(axis.values.begin(), axis.values.end());
+  if (!names.empty() && !settings_.scenario.empty())
+    plan.Find(kScenarioKey)->Fail("is given here and in the grid; leave one out");
   if (names.empty()) {
-    if (settings_.scenario.empty())
-      throw ConfigError(plan.file + ": scenario: this key is required");
-    names.push_back(settings_.scenario);
-  } else if (!settings_.scenario.empty()) {
-    plan.Find("scenario")->Fail("is given here and in the grid; leave one out");
+    for (const Case& one : cases_)
+      names.insert(one.scenario.empty() ? settings_.scenario : one.scenario);
+    if (cases_.empty()) names.insert(settings_.scenario);
+    if (names.contains(""))
+      throw ConfigError(plan.file + ": scenario: this key is required" +
+                        (names.size() > 1 ? ", or in every case" : ""));
   }
   const auto resolved = plan.Find("resolved_scenarios");
   const fs::path folder = fs::path(plan.file).parent_path();
@@ -308,7 +356,7 @@ std::vector<config::Assignment> Plan::AssignmentsOf(
   for (const Parameter& p : parameters) {
     if (p.key == kScenarioKey) continue;
     if (p.key == kCaseKey || p.key == kStratumKey) {
-      std::ranges::copy(ValuesOf(p.key == kCaseKey ? cases_ : strata_, p.value),
+      std::ranges::copy(CaseIn(p.key == kCaseKey ? cases_ : strata_, p.value).values,
                         std::back_inserter(values));
       continue;
     }
@@ -325,10 +373,17 @@ std::vector<config::Assignment> Plan::AssignmentsOf(
   return values;
 }
 
+const std::string& Plan::ScenarioNameOf(const std::vector<Parameter>& parameters) const {
+  for (const Parameter& parameter : parameters) {
+    if (parameter.key == kScenarioKey) return parameter.value;
+    if (parameter.key != kCaseKey) continue;
+    if (const Case& of = CaseIn(cases_, parameter.value); !of.scenario.empty()) return of.scenario;
+  }
+  return settings_.scenario;
+}
+
 trial::Scenario Plan::ScenarioOf(const TrialSpec& spec) const {
-  const auto name = std::ranges::find(spec.parameters, kScenarioKey, &Parameter::key);
-  trial::Scenario scenario =
-      scenarios_.at(name == spec.parameters.end() ? settings_.scenario : name->value);
+  trial::Scenario scenario = scenarios_.at(ScenarioNameOf(spec.parameters));
   std::vector<config::Assignment> given = AssignmentsOf(spec.parameters);
   given.push_back(SeedOf(spec.seed));
   trial::Resolve(given, &scenario);
@@ -415,6 +470,13 @@ std::string Plan::Resolve(const config::YamlNode& plan) const {
   for (const auto& [names, of] : files_)
     for (const trial::ModelFile& file : of) files[file.file] = file;
   return text + ModelFilesText(files);
+}
+
+std::vector<config::KeyDoc> PlanKeys() {
+  std::vector<config::KeyDoc> docs = config::ListKeys<PlanSettings>();
+  for (const auto& [key, what] : Groups())
+    docs.push_back({.key = key, .type = "group of keys", .value = "", .range = "", .doc = what});
+  return docs;
 }
 
 int64_t SamplesOf(int64_t seeds, double precision) {

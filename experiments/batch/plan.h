@@ -14,6 +14,7 @@
 //   cases:                             # cells by name, each with keys of its own; in every cell
 //     as planned: {}                   # of the grid
 //     one thruster weak: {vehicle.thrusters.effectiveness: [0.6, 1, 1, 1]}
+//     pool: {scenario: pool_active}    # this case's; else the plan's
 //   strata:                            # equally likely parts of the draws, met in turn by a cell
 //     near: {start.distance_min_m: 0.6, start.distance_max_m: 1}
 //     far: {start.distance_min_m: 1, start.distance_max_m: 1.4}
@@ -22,6 +23,9 @@
 //     vehicle.rigid_body.mass_kg: {normal: [15, 0.5], within: [13, 17]}
 //     sensor.read_noise_electrons: {log_uniform: [2, 20]}
 //     camera_delay_frames: {choice: [1, 2, 3]}
+//
+// Who uses a plan for more than a batch has a group of its own in it (kUseGroups), which decides
+// no trial.
 //
 // A trial's scenario is that of its file with `set`, its case, its cell of the grid, its stratum,
 // its draws and its seed set in this order by trial::Resolve, as `turbidock run --set` would. Files
@@ -34,7 +38,7 @@
 #include <vector>
 
 #include "experiments/batch/plan_keys.h"
-#include "experiments/config/yaml_node.h"
+#include "experiments/config/yaml_fields.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/digest.h"
 #include "sim/base/fields.h"
@@ -44,6 +48,14 @@ namespace turbidock::batch {
 inline constexpr int kPlanSchema = 1;
 inline constexpr int64_t kMaxTrials = 10'000'000;      // of a plan
 inline constexpr const char* kStratumKey = "stratum";  // the parameter that `strata` make
+
+struct PlanKey {
+  std::string key, what;
+};
+// Groups of a plan that its uses read themselves.
+inline const std::vector<PlanKey> kUseGroups = {
+    {"gate", "what `turbidock gate` judges: see list gate-keys"},
+    {"tuning", "what `turbidock tune` searches: see list study-keys"}};
 
 struct PlanSettings {
   int schema_version = 0;
@@ -60,7 +72,8 @@ struct PlanSettings {
     field("schema_version", self.schema_version, InRange(kPlanSchema, kPlanSchema),
           "version of these keys");
     field("description", self.description, Finite(), "one line for people");
-    field("scenario", self.scenario, Finite(), "what the trials vary: a bundled one or a file");
+    field("scenario", self.scenario, Finite(),
+          "what the trials vary: a bundled one or a file; `grid` or `cases` may name others");
     field("master_seed", self.master_seed, AtLeast(0), "root of every trial's seed and draws");
     field("seeds", self.seeds, InRange(1, 1e6), "trials in each cell of the grid");
     field("precision", self.precision, InRange(0, 0.5),
@@ -86,7 +99,7 @@ struct Parameter {
 // Keys that change together. In the grid it is a value of the key `case`, of a stratum one of the
 // key `stratum`.
 struct Case {
-  std::string name;
+  std::string name, scenario = {};  // the latter empty: the plan's
   std::vector<config::Assignment> values;
 };
 
@@ -111,6 +124,8 @@ struct PlanOverrides {
   std::optional<int64_t> master_seed{};
   std::optional<int> seeds{};  // exactly so many: the precision is 0
   trial::Plugins plugins{};    // what else its scenarios may choose
+  // What this use cannot take, and why: no file may give these keys.
+  std::vector<PlanKey> refused{};
 };
 
 class Plan {
@@ -157,6 +172,8 @@ class Plan {
   std::vector<Case> CasesIn(const config::YamlNode& node, const std::string& parameter);
   void ReadRandom(const config::YamlNode& node);
   void LoadScenarios(const config::YamlNode& plan);
+  // The name of a trial's or a cell's scenario; empty where nothing gives one.
+  const std::string& ScenarioNameOf(const std::vector<Parameter>& parameters) const;
   void AddFiles(trial::Scenario scenario);
   void RequireSameFiles(const config::YamlNode& before) const;
   void CheckTrials(const std::string& file);
@@ -186,6 +203,9 @@ class Plan {
 // The trials that a cell runs at most: so many that any success rate is known to the precision, or
 // to 0.001, in whole times `seeds`.
 int64_t SamplesOf(int64_t seeds, double precision);
+
+// Every key of a plan, with what it means.
+std::vector<config::KeyDoc> PlanKeys();
 
 // Reads a plan: a YAML file or the name of a bundled one.
 Plan LoadPlan(const std::string& name, const PlanOverrides& overrides = {});

@@ -16,12 +16,10 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
-#include <initializer_list>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -106,7 +104,7 @@ namespace internal {
 void AddField(const char* key, const Range& range, const char* doc, ValueRef value,
               GroupRef* group);
 void ReadGroup(const YamlNode& node, const GroupRef& group, Origins* origins,
-               std::initializer_list<std::string_view> read_elsewhere);
+               const std::vector<std::string>& read_elsewhere);
 void ReadResolvedGroup(const YamlNode& node, const GroupRef& group);
 // A group that a value is in, and what it is to be told.
 struct Around {
@@ -202,7 +200,7 @@ GroupRef GroupOf(T* object) {
 // their defaults. Keys named in `read_elsewhere` are left to the caller. `origins` may be null.
 template <HasFields T>
 void ReadFields(const YamlNode& node, T* object, Origins* origins,
-                std::initializer_list<std::string_view> read_elsewhere = {}) {
+                const std::vector<std::string>& read_elsewhere = {}) {
   internal::ReadGroup(node, GroupOf(object), origins, read_elsewhere);
 }
 

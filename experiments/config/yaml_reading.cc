@@ -64,14 +64,20 @@ void FindByName(const GroupRef& group, const std::string& path, const std::strin
   }
 }
 
+// `more`: keys of the root besides its fields.
 [[noreturn]] void FailUnknown(const YamlNode& at, const std::string& key, const GroupRef& group,
-                              const GroupRef& root, const std::string& root_path) {
+                              const GroupRef& root, const std::string& root_path,
+                              const std::vector<std::string>& more = {}) {
   std::vector<std::string> known, elsewhere;
   for (const auto& field : group.fields) known.push_back(field.key);
-  const std::string nearest = DidYouMean(key, known);
-  if (!nearest.empty()) at.Fail("unknown key" + nearest);
+  const bool is_root = at.path == JoinKey(root_path, key);
+  if (is_root) known.insert(known.end(), more.begin(), more.end());
+  const std::string allowed = "llowed: " + Commas(known);
+  constexpr size_t kFew = 20;
+  if (const std::string nearest = DidYouMean(key, known); !nearest.empty())
+    at.Fail("unknown key" + nearest + (is_root && known.size() <= kFew ? " A" + allowed : ""));
   FindByName(root, root_path, key, &elsewhere);
-  if (elsewhere.size() != 1) at.Fail("unknown key; allowed: " + Commas(known));
+  if (elsewhere.size() != 1) at.Fail("unknown key; a" + allowed);
   at.Fail(elsewhere[0] == key ? "unknown key; a file nests its keys, one level a line"
                               : "unknown key; did you mean " + elsewhere[0] + "?");
 }
@@ -132,7 +138,7 @@ std::string FileOf(const YamlNode& at) {
 struct ReadOptions {
   // Presets stand for nothing, and files are as they are written.
   bool is_resolved = false;
-  std::initializer_list<std::string_view> read_elsewhere = {};
+  std::vector<std::string> read_elsewhere = {};
   std::vector<Around> around = {};  // from outside to inside
 };
 
@@ -180,7 +186,7 @@ class Reader {
         if (const Field* field = FindField(group, key))
           ReadGiven(child, *field);
         else
-          FailUnknown(child, key, group, root_, root_path_);
+          FailUnknown(child, key, group, root_, root_path_, options_.read_elsewhere);
       });
     }
     if (group.given && !options_.is_resolved) options_.around.pop_back();
@@ -390,7 +396,7 @@ Field FieldAt(const GroupRef& group, YamlNode* at, std::vector<Around>* around) 
 }
 
 void ReadGroup(const YamlNode& node, const GroupRef& group, Origins* origins,
-               std::initializer_list<std::string_view> read_elsewhere) {
+               const std::vector<std::string>& read_elsewhere) {
   Reader(group, node.path, origins, {.read_elsewhere = read_elsewhere})
       .Read(node, {"", {}, "", group});
 }

@@ -85,6 +85,83 @@ TEST(Plan, CasesAreCellsOfSeveralKeys) {
               trial::SaveScenario(plan.ScenarioOf(plan.Trial(trial))));
 }
 
+TEST(Plan, ACaseMayHaveAScenarioOfItsOwn) {
+  const std::string text =
+      "seeds: 2\nset: {camera_delay_frames: 2}\n"
+      "cases:\n"
+      "  pool: {scenario: pool_passive, duration_s: 20}\n"
+      "  other pool: {scenario: pool_passive}\n"
+      "  sea: {SEA}\n"
+      "grid: {sea.state: [calm, moderate]}\n";
+  const auto with = [&](const std::string& head, const std::string& sea) {
+    std::string all = head + text;
+    return Make(all.replace(all.find("SEA"), 3, sea));
+  };
+  for (const Plan& plan :
+       {with("scenario: sea_night_active\n", ""), with("", "scenario: sea_night_active")}) {
+    EXPECT_EQ(plan.keys(), (std::vector<std::string>{"case", "sea.state"}));
+    ASSERT_EQ(plan.trials(), 12);
+    EXPECT_EQ(plan.files()[0], "pool_passive");
+    EXPECT_EQ(plan.files()[1], "sea_night_active");
+    const Plan again(plan.resolved(), "resolved");
+    EXPECT_EQ(again.resolved(), plan.resolved());
+    for (int64_t trial = 0; trial < 12; ++trial) {
+      const TrialSpec spec = plan.Trial(trial);
+      const trial::Scenario scenario = plan.ScenarioOf(spec);
+      EXPECT_EQ(scenario.model, trial < 8 ? "pool_passive.xml" : "sea_active.xml");
+      EXPECT_EQ(scenario.duration_s == 20, trial < 4);
+      EXPECT_EQ(scenario.camera_delay_frames, 2);
+      EXPECT_EQ(plan.NumberOf(spec.parameters, spec.sample), trial);
+      EXPECT_EQ(trial::SaveScenario(again.ScenarioOf(again.Trial(trial))),
+                trial::SaveScenario(scenario));
+    }
+  }
+  EXPECT_NE(with("", "scenario: sea_night_active").hash(),
+            with("", "scenario: sea_night_passive").hash());
+  const auto error = [](const std::string& more) {
+    return testing::MessageOf([&] { Make("cases: {a: {scenario: pool_active}, b: {}}\n" + more); });
+  };
+  EXPECT_THAT(error(""), HasSubstr("scenario: this key is required, or in every case"));
+  EXPECT_THAT(error("grid: {scenario: [pool_passive]}\n"),
+              HasSubstr("plan.yaml:3: grid.scenario[0]: this key is given twice, also by "
+                        "plan.yaml:2: cases.a.scenario"));
+  EXPECT_THAT(testing::MessageOf([] { Make("cases: {a: {scenario: [pool_active]}}\n"); }),
+              HasSubstr("plan.yaml:2: cases.a.scenario: '': must be a name"));
+}
+
+TEST(Plan, LeavesToItsUsesWhatIsTheirs) {
+  const std::string text = "scenario: pool_active\n";
+  const Plan plan = Make(text), both = Make(text + "gate: {any: thing}\ntuning: [1]\n");
+  EXPECT_EQ(both.resolved(), plan.resolved());
+}
+
+TEST(Plan, RefusesWhatAUseCannotTakeOrIsNoMore) {
+  const auto error = [](const std::string& text, const PlanOverrides& overrides = {}) {
+    return testing::MessageOf([&] { Make("scenario: pool_active\n" + text, overrides); });
+  };
+  const PlanOverrides gate{.refused = {{"precision", "a gate runs until its tests know"}}};
+  EXPECT_THAT(error("seeds: 2\nprecision: 0\n", gate),
+              HasSubstr("plan.yaml:4: precision: a gate runs until its tests know"));
+  EXPECT_EQ(error("seeds: 2\n", gate), "no error");
+  EXPECT_EQ(testing::MessageOf(
+                [&] { Plan(Make("scenario: pool_active\n").resolved(), "resolved", gate); }),
+            "no error");
+  EXPECT_THAT(error("conditions: []\n"), HasSubstr("plan.yaml:3: conditions: is now `cases`"));
+  EXPECT_THAT(error("trials: {}\n"), HasSubstr("plan.yaml:3: trials: its keys now stand at the"));
+  EXPECT_THAT(error("model_files: {}\n"), HasSubstr("plan.yaml:3: model_files: only a resolved"));
+  EXPECT_THAT(error("folder: /tmp\n"), HasSubstr("plan.yaml:3: folder: only a resolved"));
+}
+
+TEST(Plan, SaysAllItsKeys) {
+  std::string all;
+  for (const config::KeyDoc& doc : PlanKeys()) {
+    EXPECT_FALSE(doc.doc.empty()) << doc.key;
+    all += (all.empty() ? "" : ", ") + doc.key;
+  }
+  EXPECT_THAT(testing::MessageOf([] { Make("scenario: pool_active\nstrate: {}\n"); }),
+              HasSubstr("plan.yaml:3: strate: unknown key; did you mean strata? Allowed: " + all));
+}
+
 TEST(Plan, RefusesCasesThatSayNothingOrTwice) {
   const auto error = [](const std::string& text) {
     return testing::MessageOf([&] { Make("scenario: pool_active\n" + text); });
@@ -94,7 +171,7 @@ TEST(Plan, RefusesCasesThatSayNothingOrTwice) {
   EXPECT_THAT(error("cases: {a: {duration_s: 5}}\ngrid: {duration_s: [6]}\n"),
               HasSubstr("this key is given twice, also by plan.yaml:3: cases.a.duration_s"));
   EXPECT_THAT(error("cases: {a: {seed: 5}}\n"), HasSubstr("set master_seed"));
-  EXPECT_THAT(error("cases: {a: {scenario: x}}\n"), HasSubstr("belongs in the grid"));
+  EXPECT_THAT(error("cases: {a: {scenario: x}}\n"), HasSubstr("x: no such file"));
   EXPECT_THAT(error("cases: {a: {}, a: {}}\n"), HasSubstr("duplicate key"));
   EXPECT_THAT(error("cases: {a: {duration: 5}}\n"), HasSubstr("duration_s"));
   EXPECT_THAT(error("grid: {case: [a]}\n"), HasSubstr("`cases` makes"));
@@ -186,7 +263,8 @@ TEST(Plan, RefusesStrataThatAreNotMetEquallyOftenOrNameAKeyTwice) {
   EXPECT_THAT(error("strata: {a: {duration: 5}}\n"), HasSubstr("duration_s"));
   EXPECT_THAT(error("strata: {a: {duration_s: 5}, b: {duration_s: -5}}\n"),
               HasSubstr("duration_s"));
-  EXPECT_THAT(error("strata: {a: {scenario: x}}\n"), HasSubstr("belongs in the grid"));
+  EXPECT_THAT(error("strata: {a: {scenario: x}}\n"),
+              HasSubstr("plan.yaml:4: strata.a.scenario: belongs in the grid or in a case"));
   for (const std::string other :
        {"grid: {duration_s: [6]}\n", "random: {duration_s: {uniform: [5, 6]}}\n",
         "cases: {c: {duration_s: 6}}\n"})

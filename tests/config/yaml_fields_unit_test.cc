@@ -246,11 +246,14 @@ TEST(YamlFields, FlowStyleIsYaml) {
 TEST(YamlFields, UnknownKeyNamesTheNearest) {
   EXPECT_EQ(LoadError("count: 1\nwater:\n  milk_ml_m4: 3\n"),
             "a.yaml:3: water.milk_ml_m4: unknown key; did you mean milk_ml_m3?");
+  // at the root, where there are few, it says them all
   EXPECT_EQ(LoadError("basline_m: 1"),
-            "a.yaml:1: basline_m: unknown key; did you mean baseline_m?");
-  EXPECT_EQ(LoadError("gaim: 1"), "a.yaml:1: gaim: unknown key; did you mean gain?");
+            "a.yaml:1: basline_m: unknown key; did you mean baseline_m? Allowed: enabled, count, "
+            "seed, baseline_m, gain, title, lamp, axis, drag_newton_s_per_m, gains, limits_v, "
+            "distances_m, water, balls, nothing");
+  EXPECT_THAT(LoadError("gaim: 1"), HasSubstr("a.yaml:1: gaim: unknown key; did you mean gain?"));
   // a key without its unit
-  EXPECT_EQ(LoadError("baseline: 1"), "a.yaml:1: baseline: unknown key; did you mean baseline_m?");
+  EXPECT_THAT(LoadError("baseline: 1"), HasSubstr("did you mean baseline_m?"));
   EXPECT_EQ(LoadError("water: {milk: 1}"),
             "a.yaml:1: water.milk: unknown key; did you mean milk_ml_m3?");
   EXPECT_EQ(LoadError("balls: [{}, {radius_mm: 3}]"),
@@ -467,8 +470,10 @@ TEST(YamlFields, APartOfADocumentKeepsItsPath) {
   const YamlNode root = ParseYaml("world:\n  medium:\n    milk: 1\n", "a.yaml");
   const auto medium = root.Find("world")->Find("medium");
   Water water;
-  EXPECT_EQ(MessageOf([&] { ReadFields(*medium, &water, nullptr); }),
-            "a.yaml:3: world.medium.milk: unknown key; did you mean milk_ml_m3?");
+  EXPECT_EQ(
+      MessageOf([&] { ReadFields(*medium, &water, nullptr); }),
+      "a.yaml:3: world.medium.milk: unknown key; did you mean milk_ml_m3? Allowed: milk_ml_m3, "
+      "scatter_scale");
 }
 
 // ------------------------------------------------------------------------------------------ --set
