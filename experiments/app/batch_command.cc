@@ -3,16 +3,16 @@
 #include <filesystem>
 #include <vector>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/job_arguments.h"
-#include "experiments/app/progress.h"
-#include "experiments/app/report_output.h"
 #include "experiments/batch/batch.h"
 #include "experiments/batch/batch_report.h"
 #include "experiments/batch/job_pool.h"
 #include "experiments/batch/plan.h"
 #include "experiments/batch/result_store.h"
 #include "experiments/batch/runner.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/job_arguments.h"
+#include "experiments/command/progress.h"
+#include "experiments/command/report_output.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/report/report.h"
 #include "experiments/studies/recognition/calibration.h"
@@ -28,9 +28,9 @@ namespace fs = std::filesystem;
 constexpr double kLogEvery_s = 10;
 
 struct BatchArguments {
-  PlanArguments plan;
+  command::PlanArguments plan;
   std::string out, shard = "1/1";
-  JobArguments jobs;
+  command::JobArguments jobs;
   bool json = false, quiet = false, anew = false;
 };
 
@@ -44,9 +44,10 @@ std::string Words(const batch::BatchProgress& progress) {
         100 * wilson.low, 100 * wilson.high);
   if (progress.done_now > 0) {
     const double per_s = static_cast<double>(progress.done_now) / progress.wall_time_s;
-    words += fmt::format(", {:.0f} an hour, {}{} left", 3600 * per_s,
-                         progress.total < progress.most ? "at least " : "",
-                         Duration(static_cast<double>(progress.total - progress.done) / per_s));
+    words +=
+        fmt::format(", {:.0f} an hour, {}{} left", 3600 * per_s,
+                    progress.total < progress.most ? "at least " : "",
+                    command::Duration(static_cast<double>(progress.total - progress.done) / per_s));
   }
   return words;
 }
@@ -63,7 +64,7 @@ int Batch(const BatchArguments& arguments) {
       .Writes(arguments.out, system::kResultFile)
       .Writes(page, page::kPageFile)
       .Require();
-  Progress progress(arguments.quiet);
+  command::Progress progress(arguments.quiet);
   batch::RunOptions options;
   options.jobs = arguments.jobs.For(arguments.out,
                                     [&](const std::string& text) { progress.Say("  " + text); });
@@ -76,7 +77,7 @@ int Batch(const BatchArguments& arguments) {
   for (const std::string& remark : plan.remarks()) progress.Say("  " + remark);
   if (const auto done = std::ssize(store.Done()); done > 0)
     progress.Say(fmt::format("  {} of them are in {} already", done, arguments.out));
-  options.stop_requested = CatchStopSignals();
+  options.stop_requested = command::CatchStopSignals();
   const auto on_progress = [&](const batch::BatchProgress& now) {
     progress.ShowOrSay(static_cast<double>(now.done) / static_cast<double>(now.total), Words(now),
                        kLogEvery_s);
@@ -90,20 +91,22 @@ int Batch(const BatchArguments& arguments) {
   if (end.done < end.total) {
     progress.Say(fmt::format("stopped: {} trials are in {}; the same command goes on",
                              batch::DoneText(end.done, end.total, end.most), arguments.out));
-    return kExitDone;  // main makes the signal's code of it
+    return command::kExitDone;  // main makes the signal's code of it
   }
   const batch::BatchSummary summary = batch::SummaryOf(store, arguments.out);
   progress.Say("\n" + report::Text(batch::ReportOf(summary)));
   if (end.done_now > 0)
-    progress.Say(fmt::format(
-        "{} trials in {}, {:.0f} an hour; results in {}", end.done_now, Duration(end.wall_time_s),
-        3600 * static_cast<double>(end.done_now) / end.wall_time_s, arguments.out));
+    progress.Say(fmt::format("{} trials in {}, {:.0f} an hour; results in {}", end.done_now,
+                             command::Duration(end.wall_time_s),
+                             3600 * static_cast<double>(end.done_now) / end.wall_time_s,
+                             arguments.out));
   if (!page.empty()) {
     page::WritePage(page, page::BatchPage(store, arguments.out, {.plugins = plan.plugins()}));
     progress.Say("a page to look at: " + page);
   }
-  if (arguments.json) PrintReport(batch::ReportOf(summary), batch::ResultJson(summary), true);
-  return kExitDone;
+  if (arguments.json)
+    command::PrintReport(batch::ReportOf(summary), batch::ResultJson(summary), true);
+  return command::kExitDone;
 }
 
 struct StatusArguments {
@@ -115,8 +118,8 @@ struct StatusArguments {
 int Status(const StatusArguments& arguments) {
   const batch::ResultStore store = batch::ResultStore::Read(arguments.file);
   const batch::BatchSummary summary = batch::SummaryOf(store, arguments.file, arguments.report);
-  PrintReport(batch::ReportOf(summary), batch::ResultJson(summary), arguments.json);
-  return kExitDone;
+  command::PrintReport(batch::ReportOf(summary), batch::ResultJson(summary), arguments.json);
+  return command::kExitDone;
 }
 
 struct SlurmTaskArguments {
@@ -129,12 +132,12 @@ int SlurmTask(const SlurmTaskArguments& arguments) {
   batch::RunSlurmTask(arguments.folder, arguments.task, arguments.workers,
                       {batch::TrialWork(arguments.plugins),
                        recognition::CellWork(arguments.plugins), recognition::EvaluationWork()});
-  return kExitDone;
+  return command::kExitDone;
 }
 
 }  // namespace
 
-void AddBatch(CommandLine& line) {
+void AddBatch(command::CommandLine& line) {
   auto [batch, arguments] =
       line.Add("batch", "Run the trials of a plan; what is done already is not run again", &Batch);
   arguments.plan.AddTo(&batch, line.plugins());

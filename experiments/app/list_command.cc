@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "experiments/app/commands.h"
 #include "experiments/batch/plan.h"
+#include "experiments/command/command_line.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/studies/tuning/study.h"
@@ -94,16 +94,16 @@ int List(const ListArguments& arguments) {
     std::fputs(trial::ResultKeyTable().c_str(), stdout);
   else
     PrintBundled(what);
-  return kExitDone;
+  return command::kExitDone;
 }
 
 }  // namespace
 
-void AddList(CommandLine& line) {
+void AddList(command::CommandLine& line) {
   auto [list, arguments] =
       line.Add("list", "List the bundled scenarios, plans and studies, or the keys", &List);
   arguments.plugins = line.plugins();
-  const Option what =
+  const command::Option what =
       list.Add(
               "what", arguments.what,
               "scenarios, plans, studies; keys: every key of a scenario with default, range and\n"

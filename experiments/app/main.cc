@@ -11,13 +11,39 @@
 #include <sstream>
 #include <string>
 
-#include "experiments/app/commands.h"
 #include "experiments/batch/result_store.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/progress.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 #include "sim/view/gl_context.h"
+
+// The commands in the order of the help: a module and its function that adds them to the line.
+#define TURBIDOCK_COMMANDS(X)       \
+  X(bench, AddBench)                \
+  X(run, AddRun)                    \
+  X(live, AddView)                  \
+  X(app, AddBatch)                  \
+  X(app, AddResults)                \
+  X(app, AddReport)                 \
+  X(gate, AddGate)                  \
+  X(compare, AddCompare)            \
+  X(estimate, AddEstimate)          \
+  X(dataset, AddDataset)            \
+  X(recognition, AddRecognize)      \
+  X(recognition, AddCalibrate)      \
+  X(tuning, AddTune)                \
+  X(check_vehicle, AddCheckVehicle) \
+  X(step_response, AddStepResponse) \
+  X(app, AddList)
+
+#define TURBIDOCK_DECLARE(module, Add)  \
+  namespace turbidock::module {         \
+  void Add(command::CommandLine& line); \
+  }
+TURBIDOCK_COMMANDS(TURBIDOCK_DECLARE)
 
 namespace turbidock::app {
 namespace {
@@ -35,32 +61,28 @@ void PrintVersions() {
 }
 
 int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {
-  CommandLine line("turbidock",
-                   "Headless closed-loop docking trials of a stereo-vision ROV in turbid water.",
-                   plugins);
+  command::CommandLine line(
+      "turbidock", "Headless closed-loop docking trials of a stereo-vision ROV in turbid water.",
+      plugins);
   line.Program().Footer(
       "Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 inconclusive (gate), 4 this\n"
       "machine cannot simulate or draw, 5 results differ that should not, 130/143 stopped by a\n"
       "signal. Results go to stdout, everything else to stderr.");
   bool version = false;
   line.Program().Flag("--version", version, "Versions of the program and of what it runs on");
-  for (const auto add :
-       {bench::AddBench, run::AddRun, live::AddView, AddBatch, AddResults, AddReport, gate::AddGate,
-        compare::AddCompare, estimate::AddEstimate, dataset::AddDataset, recognition::AddRecognize,
-        recognition::AddCalibrate, tuning::AddTune, check_vehicle::AddCheckVehicle,
-        step_response::AddStepResponse, AddList})
-    add(line);
+#define TURBIDOCK_ADD(module, Add) module::Add(line);
+  TURBIDOCK_COMMANDS(TURBIDOCK_ADD)
   if (const std::optional<int> code = line.Parse(argc, argv)) return *code;
   if (version) {
     PrintVersions();
-    return kExitDone;
+    return command::kExitDone;
   }
   std::signal(SIGINT, SIG_DFL);   // also where a shell's script started it with &
   std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is an error of write, not the end
   const std::optional<int> code = line.Run();
   if (code) return *code;
   std::fputs(line.Help().c_str(), stderr);
-  return kExitBadInput;
+  return command::kExitBadInput;
 }
 
 // What is wrong, in one line, and the exit code.
@@ -69,7 +91,9 @@ int Complain(const std::string& problem, int code) {
   return code;
 }
 
-int ComplainOfOutput() { return Complain("the standard output cannot be written", kExitBadInput); }
+int ComplainOfOutput() {
+  return Complain("the standard output cannot be written", command::kExitBadInput);
+}
 
 }  // namespace
 }  // namespace turbidock::app
@@ -79,23 +103,23 @@ int turbidock::Main(int argc, char** argv, const trial::Plugins& plugins) {
   try {
     const int code = ParseAndRun(argc, argv, plugins);
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) return ComplainOfOutput();
-    return StopSignal() ? 128 + StopSignal() : code;
+    return command::StopSignal() ? 128 + command::StopSignal() : code;
   } catch (const config::ConfigErrors& errors) {
     std::istringstream lines(errors.what());
-    for (std::string line; std::getline(lines, line);) Complain(line, kExitBadInput);
-    return kExitBadInput;
+    for (std::string line; std::getline(lines, line);) Complain(line, command::kExitBadInput);
+    return command::kExitBadInput;
   } catch (const ConfigError& error) {
-    return Complain(error.what(), kExitBadInput);
+    return Complain(error.what(), command::kExitBadInput);
   } catch (const batch::MismatchError& error) {
-    return Complain(error.what(), kExitMismatch);
+    return Complain(error.what(), command::kExitMismatch);
   } catch (const std::filesystem::filesystem_error& error) {
     // a name that is too long, a loop of links, a folder that may not be read
-    return Complain(error.path1().string() + ": " + error.code().message(), kExitBadInput);
+    return Complain(error.path1().string() + ": " + error.code().message(), command::kExitBadInput);
   } catch (const std::bad_alloc&) {
-    return Complain("this machine has too little memory for it", kExitSimulatorFault);
+    return Complain("this machine has too little memory for it", command::kExitSimulatorFault);
   } catch (const std::exception& error) {  // SimulatorFault
     // fmt::print throws what others only note
     if (std::ferror(stdout)) return ComplainOfOutput();
-    return Complain(error.what(), kExitSimulatorFault);
+    return Complain(error.what(), command::kExitSimulatorFault);
   }
 }

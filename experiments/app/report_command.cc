@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/progress.h"
 #include "experiments/batch/batch_report.h"
 #include "experiments/batch/result_store.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/progress.h"
 #include "experiments/media/figure.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/page.h"
@@ -68,18 +68,18 @@ int Report(const ReportArguments& arguments) {
     if (entry.path().extension() != ".html") plan.Reads(entry.path().string());
   plan.Writes(out).Writes(arguments.figure).Require();
   if (!arguments.figure.empty()) DrawFigure(input, arguments);
-  if (out.empty()) return kExitDone;
+  if (out.empty()) return command::kExitDone;
   const page::Page page = PageOf(input, arguments);
   page::WritePage(out, page);
-  Progress(/*quiet=*/false)
+  command::Progress(/*quiet=*/false)
       .Say(system::OneLineOf(fmt::format("{}: {}, {:.1f} MB", out, page.model.value("title", ""),
                                          static_cast<double>(fs::file_size(out)) / 1e6)));
-  return kExitDone;
+  return command::kExitDone;
 }
 
 }  // namespace
 
-void AddReport(CommandLine& line) {
+void AddReport(command::CommandLine& line) {
   auto [report, arguments] = line.Add("report", "One HTML page that shows a result", &Report);
   arguments.plugins = line.plugins();
   report

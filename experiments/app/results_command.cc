@@ -2,10 +2,10 @@
 
 #include <vector>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/progress.h"
 #include "experiments/batch/batch.h"
 #include "experiments/batch/result_store.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/progress.h"
 #include "experiments/studies/run/shown_trial.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
@@ -36,7 +36,8 @@ int Merge(const MergeArguments& arguments) {
   const batch::TrialScheduler scheduler = batch::SchedulerOf(store);
   fmt::print(stderr, "{}: {} of {} trials\n", system::OneLineOf(arguments.out),
              std::ssize(store.Done()), scheduler.wanted());
-  return arguments.complete && !scheduler.complete() ? kExitCheckFailed : kExitDone;
+  return arguments.complete && !scheduler.complete() ? command::kExitCheckFailed
+                                                     : command::kExitDone;
 }
 
 struct ReplayArguments {
@@ -55,7 +56,7 @@ int Replay(const ReplayArguments& arguments) {
   const batch::Plan plan(header.plan, arguments.file, {.plugins = arguments.plugins});
   const trial::TrialRecord before = store.Trial(arguments.trial).record;
   if (header.build != system::BuildId())
-    Progress(arguments.quiet)
+    command::Progress(arguments.quiet)
         .Say("the results are of " + header.build + ", this is " + system::BuildId());
   const std::string out =
       arguments.out.empty() ? fmt::format("out/replay-{}", arguments.trial) : arguments.out;
@@ -65,7 +66,7 @@ int Replay(const ReplayArguments& arguments) {
                                                                   .video = !arguments.no_video,
                                                                   .json = arguments.json,
                                                                   .quiet = arguments.quiet});
-  if (StopSignal() != 0 || result.digest == before.digest) return kExitDone;
+  if (command::StopSignal() != 0 || result.digest == before.digest) return command::kExitDone;
   throw batch::MismatchError(fmt::format("trial {} ended {} with digest {}, now {} with digest {}",
                                          arguments.trial, NameOf(before.outcome), before.digest,
                                          NameOf(result.outcome), result.digest));
@@ -73,7 +74,7 @@ int Replay(const ReplayArguments& arguments) {
 
 }  // namespace
 
-void AddResults(CommandLine& line) {
+void AddResults(command::CommandLine& line) {
   auto [merge, merge_arguments] =
       line.Add("merge", "Put the shards of a batch into one file", &Merge);
   merge.Add("out", merge_arguments.out, "The file to make or to add to").Required();

@@ -1,9 +1,9 @@
 #include <string>
 #include <vector>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/progress.h"
-#include "experiments/app/report_output.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/progress.h"
+#include "experiments/command/report_output.h"
 #include "experiments/studies/bench/bench.h"
 #include "experiments/studies/bench/instructions.h"
 
@@ -21,11 +21,12 @@ struct BenchArguments {
 
 int BenchInstructions(const BenchArguments& arguments) {
   const Instructions table = ReadInstructions(arguments.instructions);
-  app::Progress(arguments.quiet).Say("trials under valgrind, some minutes");
+  command::Progress(arguments.quiet).Say("trials under valgrind, some minutes");
   const Instructions now = CountInstructions(arguments.traffic);
-  app::PrintReport(ReportOf(now, table), report::Json(now), arguments.json);
+  command::PrintReport(ReportOf(now, table), report::Json(now), arguments.json);
   if (arguments.update) WriteInstructions(arguments.instructions, now);
-  return arguments.update || Grown(now, table).empty() ? app::kExitDone : app::kExitCheckFailed;
+  return arguments.update || Grown(now, table).empty() ? command::kExitDone
+                                                       : command::kExitCheckFailed;
 }
 
 int Bench(const BenchArguments& arguments) {
@@ -33,7 +34,7 @@ int Bench(const BenchArguments& arguments) {
   std::vector<trial::Scenario> scenarios;
   for (const std::string& name : arguments.scenarios)
     scenarios.push_back(trial::LoadScenario(name, arguments.assignments, arguments.gains));
-  app::Progress progress(arguments.quiet);
+  command::Progress progress(arguments.quiet);
   BenchOptions options = arguments.options;
   std::vector<BenchResult> results;
   for (const trial::Scenario& scenario : scenarios) {
@@ -45,13 +46,13 @@ int Bench(const BenchArguments& arguments) {
     results.push_back(RunBench(scenario, options));
   }
   const report::Json result = ResultJson(results);
-  app::PrintReport(ReportOf(result), result, arguments.json);
-  return app::kExitDone;
+  command::PrintReport(ReportOf(result), result, arguments.json);
+  return command::kExitDone;
 }
 
 }  // namespace
 
-void AddBench(app::CommandLine& line) {
+void AddBench(command::CommandLine& line) {
   auto [bench, arguments] = line.Add(
       "bench", "Time the closed loop, stage by stage, against bare rendering of the same views",
       &Bench);
@@ -61,7 +62,7 @@ void AddBench(app::CommandLine& line) {
   bench.Add("--frames", arguments.options.frames, "Frames of a trial").Between(2, 1000000);
   bench.Add("--repeats", arguments.options.repeats, "Times that each trial is run")
       .Between(1, 1000);
-  const app::Option instructions =
+  const command::Option instructions =
       bench.Add("--instructions TABLE.csv", arguments.instructions,
                 "Count instructions under valgrind instead, and compare them with this table; 1 "
                 "when a stage takes more than 5 % more");

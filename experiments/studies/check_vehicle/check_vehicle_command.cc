@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/report_output.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/report_output.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/report/json.h"
@@ -29,7 +29,7 @@ struct CheckArguments {
   std::string scenario = "sea_night_active";
   std::vector<std::string> assignments;
   std::string mjcf;
-  app::ReportOutput output;
+  command::ReportOutput output;
 };
 
 std::string Lacking(const mjModel& model) {
@@ -137,19 +137,19 @@ int Check(const CheckArguments& arguments) {
     throw ConfigError("--mjcf " + arguments.mjcf,
                       arguments.file + " is no URDF: there is nothing to convert");
   if (is_urdf)
-    return Convert(arguments.file, arguments.mjcf) ? app::kExitDone : app::kExitCheckFailed;
+    return Convert(arguments.file, arguments.mjcf) ? command::kExitDone : command::kExitCheckFailed;
   RequireVehicle(arguments.file);
   std::vector<std::string> assignments = {VehicleModel(arguments.file)};
   assignments.insert(assignments.end(), arguments.assignments.begin(), arguments.assignments.end());
   const trial::Scenario scenario = trial::LoadScenario(arguments.scenario, assignments);
   const VehicleCheck check = CheckVehicle(scenario);
   arguments.output.Write(ReportOf(check), check);
-  return check.problems.empty() ? app::kExitDone : app::kExitCheckFailed;
+  return check.problems.empty() ? command::kExitDone : command::kExitCheckFailed;
 }
 
 }  // namespace
 
-void AddCheckVehicle(app::CommandLine& line) {
+void AddCheckVehicle(command::CommandLine& line) {
   auto [check, arguments] =
       line.Add("check-vehicle",
                "Tell a vehicle's builder how it floats, moves, sees and fits the dock", &Check);

@@ -1,7 +1,7 @@
 #include <string>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/report_output.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/report_output.h"
 #include "experiments/media/figure.h"
 #include "experiments/studies/compare/comparison.h"
 #include "experiments/system/output_path.h"
@@ -27,17 +27,17 @@ int Run(const CompareArguments& arguments) {
                            b = batch::ResultStore::Read(arguments.b);
   const Comparison comparison = Compare({a, arguments.a}, {b, arguments.b}, arguments.options);
   const report::Report report = ReportOf(comparison);
-  app::PrintReport(report, comparison, arguments.json);
+  command::PrintReport(report, comparison, arguments.json);
   if (!arguments.figure.empty()) media::WriteFigure(arguments.figure, media::FigureOf(report));
   if (!arguments.out.empty())
     page::WritePage(arguments.out,
                     PageOf(comparison, {a, arguments.a}, {b, arguments.b}, arguments.plugins));
-  return app::kExitDone;
+  return command::kExitDone;
 }
 
 }  // namespace
 
-void AddCompare(app::CommandLine& line) {
+void AddCompare(command::CommandLine& line) {
   auto [compare, arguments] =
       line.Add("compare", "Two result sets pair by pair: same seed, same parameters", &Run);
   arguments.plugins = line.plugins();

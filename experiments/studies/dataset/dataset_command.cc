@@ -2,16 +2,16 @@
 
 #include <string>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/job_arguments.h"
-#include "experiments/app/progress.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/job_arguments.h"
+#include "experiments/command/progress.h"
 #include "experiments/studies/dataset/dataset.h"
 
 namespace turbidock::dataset {
 namespace {
 
 struct DatasetArguments {
-  app::PlanArguments plan;
+  command::PlanArguments plan;
   std::string out;
   DatasetOptions options;
   bool quiet = false;
@@ -20,10 +20,10 @@ struct DatasetArguments {
 int Make(const DatasetArguments& arguments) {
   DatasetOptions options = arguments.options;
   const batch::Plan plan = arguments.plan.Load();
-  app::Progress progress(arguments.quiet);
+  command::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{}: {} images", plan.settings().description, 2 * plan.trials()));
   options.on_progress = [&](int done, int of) { progress.ShowDone(done, of, "shards", 30); };
-  options.stop_requested = app::CatchStopSignals();
+  options.stop_requested = command::CatchStopSignals();
   const DatasetSummary made = MakeDataset(plan, arguments.out, options);
   if (made.shards_before > 0)
     progress.Say(fmt::format("  {} of {} shards were there", made.shards_before, made.shards));
@@ -31,12 +31,12 @@ int Make(const DatasetArguments& arguments) {
       made.complete
           ? fmt::format("{} images in {} shards in {}", made.images, made.shards, arguments.out)
           : fmt::format("stopped; the same command goes on in {}", arguments.out));
-  return app::kExitDone;
+  return command::kExitDone;
 }
 
 }  // namespace
 
-void AddDataset(app::CommandLine& line) {
+void AddDataset(command::CommandLine& line) {
   auto [dataset, arguments] = line.Add<DatasetArguments>(
       "dataset", "Make images with ground truth from a plan's trials, for training detectors",
       &Make);

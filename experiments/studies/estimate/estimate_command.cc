@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/progress.h"
-#include "experiments/app/report_output.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/progress.h"
+#include "experiments/command/report_output.h"
 #include "experiments/media/image_source.h"
 #include "experiments/media/mp4_writer.h"
 #include "experiments/media/png.h"
@@ -29,7 +29,7 @@ struct EstimateArguments {
 int Estimate(const EstimateArguments& arguments) {
   EstimateInput input = arguments.input;
   const EstimateSettings settings = LoadEstimateSettings(arguments.marker, arguments.assignments);
-  input.stop_requested = app::CatchStopSignals();
+  input.stop_requested = command::CatchStopSignals();
   system::OutputPlan outputs;
   for (const Side side : kSides) outputs.Reads(media::FilesOf(input.images[side]));
   outputs.Reads(input.rig_files).Reads(arguments.marker).Writes(arguments.overlay).Require();
@@ -38,7 +38,7 @@ int Estimate(const EstimateArguments& arguments) {
   if (!overlay.empty() && !is_video && !overlay.ends_with(".png"))
     throw ConfigError("--overlay " + overlay + ": must end in .png (the last frame) or .mp4");
 
-  app::Progress progress(arguments.quiet);
+  command::Progress progress(arguments.quiet);
   std::vector<report::Json> records;
   std::optional<media::Mp4Writer> video;
   std::optional<media::Canvas> last;
@@ -54,16 +54,16 @@ int Estimate(const EstimateArguments& arguments) {
     if (!summary.incomplete.empty()) progress.Say("incomplete: " + summary.incomplete);
     for (const std::string& note : summary.notes) progress.Say(note);
   }
-  app::PrintReport(ReportOf(summary, records), ResultJson(summary, settings, records),
-                   arguments.json);
+  command::PrintReport(ReportOf(summary, records), ResultJson(summary, settings, records),
+                       arguments.json);
   if (video) video->Finish();
   if (last && !is_video) media::WritePng(overlay, last->ToImage());
-  return app::kExitDone;
+  return command::kExitDone;
 }
 
 }  // namespace
 
-void AddEstimate(app::CommandLine& line) {
+void AddEstimate(command::CommandLine& line) {
   auto [estimate, arguments] = line.Add<EstimateArguments>(
       "estimate", "Estimate the marker's pose on images or video from disk", &Estimate);
   EstimateInput& input = arguments.input;

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/job_arguments.h"
-#include "experiments/app/progress.h"
-#include "experiments/app/report_output.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/job_arguments.h"
+#include "experiments/command/progress.h"
+#include "experiments/command/report_output.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/page/report_page.h"
 #include "experiments/report/report.h"
@@ -29,7 +29,7 @@ struct GateArguments {
   std::string plan, baseline, out;
   std::vector<std::string> assignments;
   std::string gains;
-  app::JobArguments jobs;
+  command::JobArguments jobs;
   int bundles = 5;
   bool update = false, json = false, quiet = false, anew = false;
 
@@ -44,7 +44,7 @@ std::string TrialsFile(const GateArguments& arguments, const GatePlan& plan) {
 
 // Runs the gate's trials in worker processes and keeps them in a file, unless its name is empty.
 GateRunner RunnerOf(const GateArguments& arguments, const GatePlan& plan, const std::string& file,
-                    app::Progress* progress) {
+                    command::Progress* progress) {
   const auto say = [progress](const std::string& text) { progress->Say("  " + text); };
   std::shared_ptr<batch::ResultStore> store;
   if (!file.empty()) {
@@ -54,13 +54,13 @@ GateRunner RunnerOf(const GateArguments& arguments, const GatePlan& plan, const 
   }
   const std::string beside = arguments.out.empty() ? "" : arguments.out + "/trials";
   const batch::RunOptions options{.jobs = arguments.jobs.For(beside, say),
-                                  .stop_requested = app::CatchStopSignals()};
+                                  .stop_requested = command::CatchStopSignals()};
   return [store, run = MakeGateRunner(plan, options, store.get())](const GateTrials& trials) {
     run(trials);
   };
 }
 
-GateProgress ShowOn(app::Progress* progress) {
+GateProgress ShowOn(command::Progress* progress) {
   return [progress](int64_t done, int64_t wanted) {
     progress->ShowDone(static_cast<int>(done), static_cast<int>(wanted), "trials", /*every_s=*/10);
   };
@@ -70,7 +70,7 @@ int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan,
                    system::OutputPlan outputs) {
   const std::string trials = TrialsFile(arguments, plan);
   outputs.Writes(plan.baseline, kBaselineFile).Writes(trials, system::kResultFile).Require();
-  app::Progress progress(arguments.quiet);
+  command::Progress progress(arguments.quiet);
   const Baseline now =
       MeasureBaseline(plan, RunnerOf(arguments, plan, trials, &progress), ShowOn(&progress));
   system::WriteWhole(plan.baseline, BaselineText(now));
@@ -78,14 +78,14 @@ int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan,
   for (const BaselineCondition& c : now.conditions)
     progress.Say(fmt::format("{}: {} of {} docked", c.name, c.docked, c.trials));
   progress.Say("written to " + plan.baseline + ", a line a trial: a diff shows what changed");
-  return app::kExitDone;
+  return command::kExitDone;
 }
 
 // What it takes to look into seeds that docked before and no longer do, up to the number asked for:
 // each runs once more, with all files and, where there are cameras, a video, into
 // failures/CONDITION_SEED/.
 void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const GateReport& report,
-                  app::Progress* progress) {
+                  command::Progress* progress) {
   int left = arguments.bundles;
   for (size_t i = 0; i < report.conditions.size(); ++i)
     for (const GateTrial& trial : report.conditions[i].outcomes) {
@@ -98,7 +98,7 @@ void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const Ga
       const bool films = scenario.pose_source == trial::PoseSource::kCameras;
       const trial::TrialResult again =
           run::RunShownTrial(scenario, {.out = bundle, .video = films, .quiet = true});
-      if (app::StopSignal() != 0) throw batch::Stopped();
+      if (command::StopSignal() != 0) throw batch::Stopped();
       if (again.digest != trial.digest)
         throw SimulatorFault(fmt::format("{}: the trial does not repeat: digest {}, in the gate {}",
                                          bundle, again.digest, trial.digest));
@@ -138,7 +138,7 @@ report::Json LinksOf(const GatePlan& plan, const GateReport& report) {
 
 // The folder of --out, once the verdict is known.
 void WriteOut(const GateArguments& arguments, const GatePlan& plan, const GateReport& report,
-              app::Progress* progress) {
+              command::Progress* progress) {
   const fs::path out(arguments.out);
   const report::Report shown = ReportOf(report);
   report::Json document = report::Document(shown, report);
@@ -167,14 +167,14 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan,
   }
   outputs.Require();
   if (!arguments.out.empty()) system::MakeFolder(arguments.out);
-  app::Progress progress(arguments.quiet);
+  command::Progress progress(arguments.quiet);
   const GateReport report =
       RunGate(plan, baseline, RunnerOf(arguments, plan, trials, &progress), ShowOn(&progress));
-  app::PrintReport(ReportOf(report), report, arguments.json);
+  command::PrintReport(ReportOf(report), report, arguments.json);
   if (!arguments.out.empty()) WriteOut(arguments, plan, report, &progress);
-  if (report.verdict == statistics::Verdict::kPass) return app::kExitDone;
-  return report.verdict == statistics::Verdict::kFail ? app::kExitCheckFailed
-                                                      : app::kExitInconclusive;
+  if (report.verdict == statistics::Verdict::kPass) return command::kExitDone;
+  return report.verdict == statistics::Verdict::kFail ? command::kExitCheckFailed
+                                                      : command::kExitInconclusive;
 }
 
 int Gate(const GateArguments& arguments) {
@@ -189,17 +189,17 @@ int Gate(const GateArguments& arguments) {
                             : JudgeAgainstBaseline(arguments, plan, outputs);
   } catch (const batch::Stopped&) {
     const std::string trials = TrialsFile(arguments, plan);
-    app::Progress(arguments.quiet)
+    command::Progress(arguments.quiet)
         .Say(trials.empty()
                  ? "stopped: without --out no trial is kept"
                  : "stopped: the trials so far are in " + trials + "; the same command goes on");
-    return app::kExitInconclusive;  // main makes it the signal's
+    return command::kExitInconclusive;  // main makes it the signal's
   }
 }
 
 }  // namespace
 
-void AddGate(app::CommandLine& line) {
+void AddGate(command::CommandLine& line) {
   auto [gate, arguments] =
       line.Add("gate", "Compare docking with a committed baseline: pass, fail or neither", &Gate);
   arguments.plugins = line.plugins();
@@ -208,24 +208,24 @@ void AddGate(app::CommandLine& line) {
       "4 a trial could not be run.");
   gate.Add("gate", arguments.plan, "The gate's YAML file").Required();
   gate.Add("--baseline", arguments.baseline, "Another baseline file than the gate's");
-  const app::Option out =
+  const command::Option out =
       gate.Add("--out", arguments.out,
                "Folder for report.html, summary.json, junit.xml, summary.md, failures/");
   arguments.jobs.AddTo(&gate, "Processes that run trials");
-  const app::Option set = gate.AddSet(
+  const command::Option set = gate.AddSet(
       arguments.assignments, "Set one scenario key in every condition, as if the build had it so");
-  const app::Option gains = gate.AddGains(arguments.gains);
-  const app::Option bundles =
+  const command::Option gains = gate.AddGains(arguments.gains);
+  const command::Option bundles =
       gate.Add("--bundles", arguments.bundles,
                "Trials with video of newly failing seeds in failures/, at most")
           .NotNegative();
-  app::Option update =
+  command::Option update =
       gate.Flag("--update", arguments.update, "Measure the baseline anew and write it");
-  const app::Option json =
+  const command::Option json =
       gate.Flag("--json", arguments.json, "Print the report as JSON on stdout: summary.json");
   gate.AddAnew(arguments.anew);
   gate.AddQuiet(arguments.quiet);
-  for (const app::Option& option : {out, set, gains, bundles, json}) update.Excludes(option);
+  for (const command::Option& option : {out, set, gains, bundles, json}) update.Excludes(option);
 }
 
 }  // namespace turbidock::gate

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/progress.h"
 #include "experiments/batch/result_store.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/progress.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/page/report_page.h"
 #include "experiments/studies/live/live_view.h"
@@ -54,7 +54,7 @@ page::Page PageOf(const std::string& what, const trial::Plugins& plugins) {
 
 // Serves a trial that runs now.
 void ViewScenario(const ViewArguments& arguments, const ServeOptions& served) {
-  app::Progress progress(arguments.quiet);
+  command::Progress progress(arguments.quiet);
   std::vector<std::string> assignments = arguments.assignments;
   if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
   const trial::Scenario scenario =
@@ -81,9 +81,9 @@ int View(const ViewArguments& arguments) {
           [&](const std::string& url) {
             std::printf("%s\n", url.c_str());
             std::fflush(stdout);
-            app::Progress(arguments.quiet).Say("open this address in a browser; Ctrl-C ends");
+            command::Progress(arguments.quiet).Say("open this address in a browser; Ctrl-C ends");
           },
-      .stop_requested = app::CatchStopSignals()};  // a trial that is cut off has its record
+      .stop_requested = command::CatchStopSignals()};  // a trial that is cut off has its record
   if (IsResult(arguments.what)) {
     if (!arguments.assignments.empty() || !arguments.gains.empty() || !arguments.seed.empty() ||
         arguments.out)
@@ -93,12 +93,12 @@ int View(const ViewArguments& arguments) {
   } else {
     ViewScenario(arguments, options);
   }
-  return app::kExitDone;
+  return command::kExitDone;
 }
 
 }  // namespace
 
-void AddView(app::CommandLine& line) {
+void AddView(command::CommandLine& line) {
   auto [view, arguments] = line.Add(
       "view", "Watch a trial, a batch or a study while it runs, in a browser on this machine",
       &View);

@@ -4,10 +4,10 @@
 #include <utility>
 #include <vector>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/job_arguments.h"
-#include "experiments/app/progress.h"
-#include "experiments/app/report_output.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/job_arguments.h"
+#include "experiments/command/progress.h"
+#include "experiments/command/report_output.h"
 #include "experiments/config/data_files.h"
 #include "experiments/studies/recognition/calibration.h"
 #include "experiments/studies/recognition/table.h"
@@ -22,7 +22,7 @@ constexpr double kLogEvery_s = 60;
 struct CalibrateArguments {
   std::string plan, active, passive, out;
   int generations = 30;
-  app::JobArguments jobs;
+  command::JobArguments jobs;
   uint32_t seed = 1;
   bool json = false, quiet = false;
 };
@@ -50,7 +50,7 @@ int Calibrate(const CalibrateArguments& arguments) {
       throw ConfigError(plan_file + ": " + error.what());
     }
   }();
-  app::Progress progress(arguments.quiet);
+  command::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{} parameters, two tables", plan.parameters.size()));
   const auto show = [&](int done, int of, double misfit) {
     progress.ShowDone(done, of, fmt::format("evaluations, misfit {:.3f}", misfit), kLogEvery_s);
@@ -62,9 +62,10 @@ int Calibrate(const CalibrateArguments& arguments) {
                  .jobs = arguments.jobs.For(
                      arguments.out, [&](const std::string& text) { progress.Say("  " + text); }),
                  .on_progress = show,
-                 .stop_requested = app::CatchStopSignals()},
+                 .stop_requested = command::CatchStopSignals()},
                 experiment);
-  if (result.evaluations == 0) return app::kExitDone;  // stopped before there was anything to keep
+  if (result.evaluations == 0)
+    return command::kExitDone;  // stopped before there was anything to keep
   if (!arguments.out.empty())
     system::WriteWhole(
         arguments.out,
@@ -72,13 +73,13 @@ int Calibrate(const CalibrateArguments& arguments) {
                     "evaluations: {}.\n",
                     result.best.misfit, result.evaluations) +
             CalibratedYaml(plan, result.best.values));
-  app::PrintReport(ReportOf(plan, result), ResultJson(plan, result), arguments.json);
-  return app::kExitDone;
+  command::PrintReport(ReportOf(plan, result), ResultJson(plan, result), arguments.json);
+  return command::kExitDone;
 }
 
 }  // namespace
 
-void AddCalibrate(app::CommandLine& line) {
+void AddCalibrate(command::CommandLine& line) {
   auto [calibrate, arguments] = line.Add<CalibrateArguments>(
       "calibrate", "Fit uncertain optical and camera parameters to tables of the experiment",
       &Calibrate);

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/job_arguments.h"
-#include "experiments/app/progress.h"
-#include "experiments/app/report_output.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/job_arguments.h"
+#include "experiments/command/progress.h"
+#include "experiments/command/report_output.h"
 #include "experiments/media/figure.h"
 #include "experiments/studies/recognition/recognition.h"
 #include "experiments/studies/recognition/table.h"
@@ -26,7 +26,7 @@ struct RecognizeArguments {
   std::vector<std::string> assignments;
   std::string seed;
   double seconds = 60;
-  app::JobArguments jobs;
+  command::JobArguments jobs;
   std::string figure;
   bool json = false, quiet = false;
 };
@@ -72,36 +72,36 @@ int Recognize(const RecognizeArguments& arguments) {
   }
   outputs.Require();
 
-  app::Progress progress(arguments.quiet);
+  command::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{} cells of {:g} s", cells.size(), arguments.seconds));
   RecognitionOptions options{.seconds = arguments.seconds};
   options.jobs =
       arguments.jobs.For("", [&](const std::string& text) { progress.Say("  " + text); });
   options.on_progress = [&](int done, int of) { progress.ShowDone(done, of, "cells", 30); };
   // whose tasks are to be cancelled
-  if (options.jobs.slurm) options.stop_requested = app::CatchStopSignals();
+  if (options.jobs.slurm) options.stop_requested = command::CatchStopSignals();
   const std::vector<CellResult> results = RunCells(scenarios, cells, options);
-  if (app::StopSignal() != 0) return app::kExitDone;  // main makes the signal's code of it
+  if (command::StopSignal() != 0) return command::kExitDone;  // main makes the signal's code of it
 
   const report::Report report = ReportOf(results, table);
-  app::PrintReport(report, ResultJson(results, table), arguments.json);
-  if (arguments.figure.empty()) return app::kExitDone;
+  command::PrintReport(report, ResultJson(results, table), arguments.json);
+  if (arguments.figure.empty()) return command::kExitDone;
   media::WriteFigure(arguments.figure, media::FigureOf(report));
   for (const auto& [marker, scenario] : scenarios)
     WriteImageSheet(SheetFile(arguments.figure, marker), scenario, marker, results);
-  return app::kExitDone;
+  return command::kExitDone;
 }
 
 }  // namespace
 
-void AddRecognize(app::CommandLine& line) {
+void AddRecognize(command::CommandLine& line) {
   auto [recognize, arguments] = line.Add(
       "recognize", "Run the recognition experiment: a vehicle at rest, milk added step by step",
       &Recognize);
   arguments.plugins = line.plugins();
   recognize.Add("--marker", arguments.marker, "active, passive or both")
       .OneOf({"active", "passive", "both"});
-  const app::Option table = recognize.Add(
+  const command::Option table = recognize.Add(
       "--table FILE", arguments.table,
       "CSV of one marker (milk_ml_m3,distance_mm,fitness_mean,...): run its cells and compare");
   recognize.Add("--distances MM,...", arguments.distances_mm, "Distances in mm")

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/progress.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/progress.h"
 #include "experiments/studies/run/shown_trial.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
@@ -30,15 +30,15 @@ int Run(const RunArguments& arguments) {
   const trial::TrialResult result = RunShownTrial(scenario, shown);
   const bool as_expected = arguments.expect.empty() || arguments.expect == NameOf(result.outcome);
   if (!as_expected)
-    app::Progress(shown.quiet)
+    command::Progress(shown.quiet)
         .Say(fmt::format("expected {}, but the outcome is {}", arguments.expect,
                          NameOf(result.outcome)));
-  return as_expected ? app::kExitDone : app::kExitCheckFailed;
+  return as_expected ? command::kExitDone : command::kExitCheckFailed;
 }
 
 }  // namespace
 
-void AddRun(app::CommandLine& line) {
+void AddRun(command::CommandLine& line) {
   auto [run, arguments] = line.Add("run", "Run one docking trial", &Run);
   arguments.plugins = line.plugins();
   run.Add("scenario", arguments.scenario,
@@ -49,7 +49,7 @@ void AddRun(app::CommandLine& line) {
           "Gains file, such as `turbidock tune` writes, read over the scenario");
   run.AddSeed(arguments.seed);
   ShownTrialOptions& shown = arguments.shown;
-  const app::Option out =
+  const command::Option out =
       run.Add("--out FOLDER", shown.out,
               "Folder for result.json, resolved.yaml, trajectory.csv, figure.png and cameras/");
   run.Flag("--video", shown.video, "Also make video.mp4 in the folder").Needs(out);

@@ -7,8 +7,7 @@
 #include <filesystem>
 #include <map>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/progress.h"
+#include "experiments/command/progress.h"
 #include "experiments/media/canvas.h"
 #include "experiments/media/figure.h"
 #include "experiments/media/jpeg.h"
@@ -142,7 +141,7 @@ void WritePictures(const trial::Scenario& scenario, const trial::TrialResult& re
 
 trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTrialOptions& shown) {
   RequireOutputs(shown);
-  app::Progress progress(shown.quiet);
+  command::Progress progress(shown.quiet);
   progress.Say(TitleOf(scenario));
   if (shown.out) system::MakeFolder(*shown.out);
   std::optional<Film> film;
@@ -174,7 +173,7 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
     motion.emplace(trial::ThrusterNamesOf(scenario));
     options.on_tick = [&](const trial::MotionTick& tick) { motion->Add(tick); };
   }
-  options.stop_requested = app::CatchStopSignals();
+  options.stop_requested = command::CatchStopSignals();
   trial::TrialResult result = trial::RunTrial(scenario, options);
   progress.Say(Summary(result));
   // The numbers first: what fails later does not take them along.

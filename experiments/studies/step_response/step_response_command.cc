@@ -1,9 +1,9 @@
 #include <string>
 #include <vector>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/progress.h"
-#include "experiments/app/report_output.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/progress.h"
+#include "experiments/command/report_output.h"
 #include "experiments/studies/step_response/step_response.h"
 #include "experiments/trial/scenario.h"
 
@@ -15,7 +15,7 @@ struct StepArguments {
   std::string scenario = "sea_night_active";
   std::vector<std::string> assignments;
   std::string gains, axis = "all";
-  app::ReportOutput output;
+  command::ReportOutput output;
   bool quiet = false;
 };
 
@@ -31,18 +31,18 @@ int Measure(const StepArguments& arguments) {
   outputs.Reads(arguments.scenario).Reads(arguments.gains);
   arguments.output.Plan("step_response", &outputs);
   outputs.Require();
-  app::Progress progress(arguments.quiet);
+  command::Progress progress(arguments.quiet);
   options.on_progress = [&](double share) { progress.Show(share, "measuring"); };
   const std::vector<AxisResponse> responses = MeasureStepResponses(scenario, options);
   arguments.output.Write(ReportOf(scenario, responses), {{"controller", scenario.controller_name()},
                                                          {"estimator", scenario.pose_source},
                                                          {"axes", responses}});
-  return app::kExitDone;
+  return command::kExitDone;
 }
 
 }  // namespace
 
-void AddStepResponse(app::CommandLine& line) {
+void AddStepResponse(command::CommandLine& line) {
   auto [step, arguments] = line.Add(
       "step-response",
       "Measure how the closed loop answers steps, forces and sinusoids in still water", &Measure);

@@ -2,10 +2,10 @@
 
 #include <string>
 
-#include "experiments/app/commands.h"
-#include "experiments/app/job_arguments.h"
-#include "experiments/app/progress.h"
-#include "experiments/app/report_output.h"
+#include "experiments/command/command_line.h"
+#include "experiments/command/job_arguments.h"
+#include "experiments/command/progress.h"
+#include "experiments/command/report_output.h"
 #include "experiments/report/report_json.h"
 #include "experiments/studies/tuning/tuner.h"
 #include "experiments/system/output_path.h"
@@ -16,8 +16,8 @@ namespace {
 struct TuneArguments {
   trial::Plugins plugins;
   std::string study;
-  app::JobArguments jobs;
-  app::ReportOutput output;
+  command::JobArguments jobs;
+  command::ReportOutput output;
   bool quiet = false, anew = false;
 };
 
@@ -33,14 +33,14 @@ int Tune(const TuneArguments& arguments) {
   arguments.output.Plan("tuning", &outputs);
   outputs.Require();
   system::MakeFolder(out);
-  app::Progress progress(arguments.quiet);
+  command::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{}: {} gains, study {}", study.settings().description,
                            study.start().size(), study.hash()));
   TuningOptions options;
   options.jobs = arguments.jobs.For(out + "/trials",
                                     [&](const std::string& text) { progress.Say("  " + text); });
   options.anew = arguments.anew;
-  options.stop_requested = app::CatchStopSignals();
+  options.stop_requested = command::CatchStopSignals();
   options.on_progress = [&](const std::string& what, double share) {
     progress.ShowOrSay(share, what, /*every_s=*/20);
   };
@@ -68,12 +68,12 @@ int Tune(const TuneArguments& arguments) {
     progress.Say(
         fmt::format("stopped: the trials so far are in {}; the same command goes on", file));
   }
-  return app::kExitDone;
+  return command::kExitDone;
 }
 
 }  // namespace
 
-void AddTune(app::CommandLine& line) {
+void AddTune(command::CommandLine& line) {
   auto [tune, arguments] =
       line.Add<TuneArguments>("tune", "Tune controller gains over closed-loop trials", &Tune);
   arguments.plugins = line.plugins();

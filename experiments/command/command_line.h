@@ -16,7 +16,7 @@ class App;
 class Option;
 }  // namespace CLI
 
-namespace turbidock::app {
+namespace turbidock::command {
 
 enum ExitCode {
   kExitDone = 0,
@@ -123,4 +123,4 @@ std::string ExamplesOf(const std::string& command);
 // where there is none: all that this program does for whoever knew it before.
 std::string ReplacedOn(int argc, const char* const* argv);
 
-}  // namespace turbidock::app
+}  // namespace turbidock::command

@@ -1,4 +1,4 @@
-#include "experiments/app/progress.h"
+#include "experiments/command/progress.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -10,7 +10,7 @@
 
 #include "experiments/system/plain_text.h"
 
-namespace turbidock::app {
+namespace turbidock::command {
 namespace {
 
 constexpr int kBarWidth = 30;
@@ -79,4 +79,4 @@ std::function<bool()> CatchStopSignals() {
 
 int StopSignal() { return stop_signal; }
 
-}  // namespace turbidock::app
+}  // namespace turbidock::command

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "experiments/app/command_line.h"
 #include "experiments/batch/job_pool.h"
 #include "experiments/batch/plan.h"
+#include "experiments/command/command_line.h"
 
-namespace turbidock::app {
+namespace turbidock::command {
 
 struct PlanArguments {
   std::string plan, gains;
@@ -34,4 +34,4 @@ struct JobArguments {
                         const std::function<void(const std::string&)>& say) const;
 };
 
-}  // namespace turbidock::app
+}  // namespace turbidock::command

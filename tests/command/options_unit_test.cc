@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "experiments/app/command_line.h"
+#include "experiments/command/command_line.h"
 #include "tests/support/message_of.h"
 
-namespace turbidock::app {
+namespace turbidock::command {
 namespace {
 
 using ::testing::ElementsAre;
@@ -172,4 +172,4 @@ TEST(Options, WhatIsNotKnownIsNamedInItsOrder) {
 }
 
 }  // namespace
-}  // namespace turbidock::app
+}  // namespace turbidock::command

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-namespace turbidock::app {
+namespace turbidock::command {
 
 // "12 s", "3:05 min", "1:20 h".
 std::string Duration(double seconds);
@@ -49,4 +49,4 @@ std::function<bool()> CatchStopSignals();
 // The signal that asked the program to stop, or 0.
 int StopSignal();
 
-}  // namespace turbidock::app
+}  // namespace turbidock::command

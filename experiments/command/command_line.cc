@@ -1,4 +1,4 @@
-#include "experiments/app/command_line.h"
+#include "experiments/command/command_line.h"
 
 #include <fmt/ranges.h>
 
@@ -14,7 +14,7 @@
 #include "experiments/media/figure.h"
 #include "sim/base/fields.h"
 
-namespace turbidock::app {
+namespace turbidock::command {
 namespace {
 
 template <class T>
@@ -293,4 +293,4 @@ std::optional<int> CommandLine::Run() const {
   return chosen_();
 }
 
-}  // namespace turbidock::app
+}  // namespace turbidock::command

@@ -1,10 +1,10 @@
-#include "experiments/app/job_arguments.h"
+#include "experiments/command/job_arguments.h"
 
 #include <fmt/format.h>
 #include <sched.h>
 #include <unistd.h>
 
-namespace turbidock::app {
+namespace turbidock::command {
 namespace {
 
 // That this process may use.
@@ -68,4 +68,4 @@ batch::JobOptions JobArguments::For(const std::string& out,
               batch::SlurmParams{.tasks = *slurm, .options = sbatch, .folder = folder, .say = say}};
 }
 
-}  // namespace turbidock::app
+}  // namespace turbidock::command

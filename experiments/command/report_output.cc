@@ -1,4 +1,4 @@
-#include "experiments/app/report_output.h"
+#include "experiments/command/report_output.h"
 
 #include <cstdio>
 
@@ -8,7 +8,7 @@
 #include "experiments/report/report_json.h"
 #include "experiments/system/plain_text.h"
 
-namespace turbidock::app {
+namespace turbidock::command {
 
 void PrintReport(const report::Report& report, const report::Json& result, bool json) {
   const std::string text = json ? report::JsonText(report::Document(report, result))
@@ -42,4 +42,4 @@ void ReportOutput::Write(const report::Report& report, const report::Json& resul
   page::WritePage(*out + "/report.html", page::ReportPage(document, *out));
 }
 
-}  // namespace turbidock::app
+}  // namespace turbidock::command

@@ -2,9 +2,9 @@
 #include <string>
 #include <utility>
 
-#include "experiments/app/command_line.h"
+#include "experiments/command/command_line.h"
 
-namespace turbidock::app {
+namespace turbidock::command {
 namespace {
 
 // What follows the program's name, by command.
@@ -108,4 +108,4 @@ std::string ReplacedOn(int argc, const char* const* argv) {
   return "";
 }
 
-}  // namespace turbidock::app
+}  // namespace turbidock::command

@@ -6,12 +6,12 @@
 #include <filesystem>
 #include <fstream>
 
-#include "experiments/app/job_arguments.h"
+#include "experiments/command/job_arguments.h"
 #include "experiments/config/data_files.h"
 #include "tests/support/message_of.h"
 #include "tests/support/program.h"
 
-namespace turbidock::app {
+namespace turbidock::command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -80,4 +80,4 @@ TEST_F(FilesOfOthers, TheEnvironmentSaysWhereTheDataAre) {
 }
 
 }  // namespace
-}  // namespace turbidock::app
+}  // namespace turbidock::command

@@ -4,12 +4,12 @@
 #include <optional>
 #include <string>
 
-#include "experiments/app/command_line.h"
+#include "experiments/command/command_line.h"
 #include "experiments/report/json.h"
 #include "experiments/report/report.h"
 #include "experiments/system/output_path.h"
 
-namespace turbidock::app {
+namespace turbidock::command {
 
 // On stdout: for people the report, with `json` the document of it and of the study's `result`
 // (report/report_json.h).
@@ -33,4 +33,4 @@ struct ReportOutput {
   void Write(const report::Report& report, const report::Json& result) const;
 };
 
-}  // namespace turbidock::app
+}  // namespace turbidock::command
