@@ -100,6 +100,7 @@ int ComplainOfOutput() {
 
 int turbidock::Main(int argc, char** argv, const trial::Plugins& plugins) {
   using namespace app;
+  std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);  // what stderr says comes after, also in a file
   try {
     const int code = ParseAndRun(argc, argv, plugins);
     if (std::fflush(stdout) != 0 || std::ferror(stdout)) return ComplainOfOutput();

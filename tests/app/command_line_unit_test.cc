@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -75,6 +76,16 @@ TEST_F(CommandLine, RunLeavesItsFiles) {
   for (const char* name :
        {"result.json", "resolved.yaml", "trajectory.csv", "figure.png", "video.mp4"})
     EXPECT_GT(std::filesystem::file_size(std::filesystem::path(out) / name), 100u) << name;
+}
+
+TEST_F(CommandLine, LinesOfBothOutputsInOneFileStandInTheirOrder) {
+  const std::string both = (folder_ / "both").string(), out = (folder_ / "out").string();
+  const std::string run = " run " + ScenarioFile("") + " --json --out " + out;
+  ASSERT_EQ(std::system((ProgramPath() + run + " > " + both + " 2>&1").c_str()), 0);
+  std::ifstream file(both);
+  const std::string said{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_LT(said.find("timeout"), said.find("\"outcome\"")) << said;
+  EXPECT_LT(said.find("\"outcome\""), said.find("all of it in")) << said;
 }
 
 TEST_F(CommandLine, AFolderHoldsTheFilesOfOneTrial) {
