@@ -35,21 +35,12 @@ struct BatchArguments {
 };
 
 std::string Words(const batch::BatchProgress& progress) {
+  if (progress.done == 0) return "trials";
   const statistics::Interval wilson = statistics::WilsonInterval(progress.successes, progress.done);
-  std::string words = batch::DoneText(progress.done, progress.total, progress.most) + " trials";
-  if (progress.done > 0)
-    words += fmt::format(
-        ", success {:.0f} % [{:.0f}, {:.0f}]",
-        100.0 * static_cast<double>(progress.successes) / static_cast<double>(progress.done),
-        100 * wilson.low, 100 * wilson.high);
-  if (progress.done_now > 0) {
-    const double per_s = static_cast<double>(progress.done_now) / progress.wall_time_s;
-    words +=
-        fmt::format(", {:.0f} an hour, {}{} left", 3600 * per_s,
-                    progress.total < progress.most ? "at least " : "",
-                    command::Duration(static_cast<double>(progress.total - progress.done) / per_s));
-  }
-  return words;
+  return fmt::format(
+      "trials, success {:.0f} % [{:.0f}, {:.0f}]",
+      100.0 * static_cast<double>(progress.successes) / static_cast<double>(progress.done),
+      100 * wilson.low, 100 * wilson.high);
 }
 
 int Batch(const BatchArguments& arguments) {
@@ -79,8 +70,7 @@ int Batch(const BatchArguments& arguments) {
     progress.Say(fmt::format("  {} of them are in {} already", done, arguments.out));
   options.stop_requested = command::CatchStopSignals();
   const auto on_progress = [&](const batch::BatchProgress& now) {
-    progress.ShowOrSay(static_cast<double>(now.done) / static_cast<double>(now.total), Words(now),
-                       kLogEvery_s);
+    progress.ShowDone(now.done, now.total, now.most, Words(now), kLogEvery_s);
   };
   options.on_trial = [&](const batch::StoredTrial& trial) {
     const trial::TrialRecord& r = trial.record;

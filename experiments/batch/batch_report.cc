@@ -303,9 +303,8 @@ Json ResultJson(const BatchSummary& summary) {
 }
 
 std::string DoneText(int64_t done, int64_t total, int64_t most) {
-  return total == most || done == total
-             ? fmt::format("{} of {}", done, total)
-             : fmt::format("{} of at least {} (at most {})", done, total, most);
+  return fmt::format("{} of {}{}", done, total,
+                     total == most || done == total ? "" : fmt::format(" to {}", most));
 }
 
 }  // namespace turbidock::batch

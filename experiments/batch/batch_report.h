@@ -53,7 +53,7 @@ report::Json ResultJson(const BatchSummary& summary);
 // whatever else a seed decides differ anyway. Empty where the plan cannot be read.
 std::vector<std::string> NotVaried(const StoreHeader& header);
 
-// "17 of 480" or, where the total is not known yet, "17 of at least 320 (at most 480)".
+// "17 of 480" or, where the total is not known yet, "17 of 320 to 480".
 std::string DoneText(int64_t done, int64_t total, int64_t most);
 
 }  // namespace turbidock::batch

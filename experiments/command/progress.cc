@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdio>
 
+#include "experiments/batch/batch_report.h"
 #include "experiments/system/plain_text.h"
 
 namespace turbidock::command {
@@ -15,6 +16,7 @@ namespace {
 
 constexpr int kBarWidth = 30;
 constexpr double kRedraw_s = 0.2;
+constexpr double kKept_s = 1;  // what is done by then was so before
 
 // Written by the signal handler, which may touch nothing else.
 volatile std::sig_atomic_t stop_signal = 0;
@@ -31,6 +33,26 @@ std::string Duration(double seconds) {
   if (s < 60) return fmt::format("{} s", s);
   if (s < 3600) return fmt::format("{}:{:02} min", s / 60, s % 60);
   return fmt::format("{}:{:02} h", s / 3600, s / 60 % 60);
+}
+
+void Pace::Add(double time_s, int64_t done) {
+  if (done > samples_.back().done) samples_.push_back({time_s, done});
+  while (samples_.size() > 1 && samples_[1].time_s <= std::max(kKept_s, samples_.back().time_s / 2))
+    samples_.pop_front();
+}
+
+std::string Pace::Left(int64_t least, int64_t most) const {
+  const auto& [since_s, before] = samples_.front();
+  const auto& [until_s, done] = samples_.back();
+  if (samples_.size() < 2 || done >= most) return "";
+  const double part_s = (until_s - since_s) / static_cast<double>(done - before);
+  std::string low = Duration(part_s * static_cast<double>(least - done));
+  const std::string high = Duration(part_s * static_cast<double>(most - done));
+  if (since_s <= kKept_s || done >= least) return "at most " + high + " left";
+  if (low == high) return high + " left";
+  if (const std::string unit = low.substr(low.find(' ')); high.ends_with(unit))
+    low.resize(low.size() - unit.size());
+  return low + " to " + high + " left";
 }
 
 Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
@@ -52,11 +74,13 @@ void Progress::ShowOrSay(double share, const std::string& words, double every_s)
   shown_ = true;
 }
 
-void Progress::ShowDone(int done, int of, const std::string& what, double every_s) {
-  const double elapsed_s = std::chrono::duration<double>(Clock::now() - start_).count();
-  ShowOrSay(static_cast<double>(done) / of,
-            fmt::format("{} of {} {}, {} to go", done, of, what,
-                        Duration(elapsed_s / done * (of - done))),
+void Progress::ShowDone(int64_t done, int64_t least, int64_t most, const std::string& what,
+                        double every_s) {
+  pace_.Add(std::chrono::duration<double>(Clock::now() - start_).count(), done);
+  const std::string left = pace_.Left(least, most);
+  ShowOrSay(static_cast<double>(done) / static_cast<double>(least),
+            fmt::format("{} {}{}{}", batch::DoneText(done, least, most), what,
+                        left.empty() ? "" : ", ", left),
             every_s);
 }
 

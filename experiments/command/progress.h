@@ -3,6 +3,8 @@
 // elsewhere; and how it is stopped.
 
 #include <chrono>
+#include <cstdint>
+#include <deque>
 #include <functional>
 #include <limits>
 #include <string>
@@ -11,6 +13,25 @@ namespace turbidock::command {
 
 // "12 s", "3:05 min", "1:20 h".
 std::string Duration(double seconds);
+
+// How long what is left of equal parts takes, which several workers do: by the pace of the latter
+// half of the time.
+class Pace {
+ public:
+  // So many are done after so long. Those of the first second were kept, not done.
+  void Add(double time_s, int64_t done);
+  // "2:00 to 13:40 min left", "2:00 min left" of `least` to `most` parts, of which some are done.
+  // "at most 13:40 min left" once that may be all, and until workers that began together have come
+  // to their second part: what they have under way does not count. Empty as long as none is done.
+  std::string Left(int64_t least, int64_t most) const;
+
+ private:
+  struct Sample {
+    double time_s;
+    int64_t done;
+  };
+  std::deque<Sample> samples_ = {{0, 0}};
+};
 
 class Progress {
  public:
@@ -25,9 +46,12 @@ class Progress {
   void Show(double share, const std::string& words) {
     ShowOrSay(share, words, std::numeric_limits<double>::infinity());
   }
-  // The same of equal parts, of which the first was begun when this was made: "3 of 12 cells, 40 s
-  // to go".
-  void ShowDone(int done, int of, const std::string& what, double every_s);
+  // The same of equal parts, of which the first was begun when this was made and there will be from
+  // `least`, as far as is known, to `most`: "37 of 142 to 870 trials, 2:00 to 13:40 min left".
+  void ShowDone(int64_t done, int64_t least, int64_t most, const std::string& what, double every_s);
+  void ShowDone(int64_t done, int64_t of, const std::string& what, double every_s) {
+    ShowDone(done, of, of, what, every_s);
+  }
   // A line that stays.
   void Say(const std::string& line);
 
@@ -39,6 +63,7 @@ class Progress {
   bool quiet_, terminal_;
   bool shown_ = false;
   Clock::time_point start_ = Clock::now(), last_line_ = start_;
+  Pace pace_;
 };
 
 // Ctrl-C and kill end the program at once, as any other, but for work that has something to save:

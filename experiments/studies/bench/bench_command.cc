@@ -40,8 +40,8 @@ int Bench(const BenchArguments& arguments) {
   for (const trial::Scenario& scenario : scenarios) {
     progress.Say(scenario.description + ": the loop and bare rendering by turns");
     options.on_repeat = [&](int done) {
-      progress.ShowDone(static_cast<int>(results.size()) * options.repeats + done,
-                        static_cast<int>(scenarios.size()) * options.repeats, "trials", 10);
+      progress.ShowDone(std::ssize(results) * options.repeats + done,
+                        std::ssize(scenarios) * options.repeats, "trials", 10);
     };
     results.push_back(RunBench(scenario, options));
   }
