@@ -3,16 +3,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <optional>
 
+#include "experiments/batch/failure_effects.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/report/table.h"
 #include "experiments/statistics/paired_tests.h"
 #include "experiments/system/plain_text.h"
-#include "experiments/trial/record_columns.h"
 #include "sim/base/units.h"
 
 namespace turbidock::batch {
@@ -51,7 +49,6 @@ bool IsBatch(const BatchSummary& summary) { return summary.header.kind == "batch
 constexpr size_t kMostCells = 60;
 constexpr size_t kMostOver = 40;   // values along an axis that are chosen without being asked for
 constexpr size_t kMostCurves = 8;  // that can be told apart
-constexpr size_t kFewest = 5;      // trials of a kind to say something of it
 
 // Draws success over the first key of the grid that is a number, by what was asked for, or by the
 // next one of few values.
@@ -136,62 +133,6 @@ std::vector<report::Fact> FactsOf(const BatchSummary& summary) {
   return facts;
 }
 
-// What trials drew, for one of them: its random parameters that are numbers, and how far from the
-// middle it started.
-std::map<std::string, double> DrawsOf(const StoredTrial& trial,
-                                      const std::vector<std::string>& grid) {
-  std::map<std::string, double> draws;
-  for (const Parameter& p : trial.parameters)
-    if (const auto number = report::NumberIn(p.value);
-        number && std::ranges::count(grid, p.key) == 0)
-      draws[p.key] = *number;
-  for (const trial::Metric& metric : trial::Metrics()) {
-    if (!metric.name.starts_with("start_")) continue;
-    if (const auto start = metric.of(trial.record)) draws[metric.name] = std::abs(*start);
-  }
-  return draws;
-}
-
-// Which of the draws tells trials that failed from those that docked best.
-std::optional<report::Section> FailuresSection(const std::vector<StoredTrial>& trials,
-                                               const StoreHeader& header) {
-  const std::vector<std::string> grid = GridOf(header);
-  std::map<std::string, std::array<std::vector<double>, 2>> draws;  // failed, docked
-  for (const StoredTrial& trial : trials)
-    for (const auto& [name, value] : DrawsOf(trial, grid))
-      draws[name][trial.record.success() ? 1 : 0].push_back(value);
-  std::erase_if(draws, [](const auto& draw) {
-    return draw.second[0].size() < kFewest || draw.second[1].size() < kFewest;
-  });
-  if (draws.empty()) return std::nullopt;
-  // So many are looked at that the best one is better by chance.
-  const double confidence = 1 - 0.05 / static_cast<double>(draws.size());
-  std::string best;
-  statistics::Separation by;
-  for (const auto& [name, values] : draws) {
-    const auto separation = statistics::SeparationOf(values[0], values[1], confidence);
-    if (!best.empty() && std::abs(separation.probability - 0.5) <= std::abs(by.probability - 0.5))
-      continue;
-    best = name;
-    by = separation;
-  }
-  const report::Quantity quantity = NameOfKey(best);
-  const auto median = [&](int kind) {
-    return quantity.Text(
-        report::Digits(quantity.factor * *statistics::Median(draws[best][kind]), 3));
-  };
-  const bool is_told = by.interval.low > 0.5 || by.interval.high < 0.5;
-  return report::Section{
-      .title = "What failures have in common",
-      .lines = {fmt::format(
-          "{} {} quantities that each trial drew: {}, median {} where they failed, {} where they "
-          "docked. A failed trial's is the larger in {:.0f} % of pairs [{:.0f}, {:.0f}].",
-          is_told ? "Best told from docked trials by one of"
-                  : "Not told from docked trials by any of",
-          draws.size(), quantity.label, median(0), median(1), 100 * by.probability,
-          100 * by.interval.low, 100 * by.interval.high)}};
-}
-
 // What a batch of this size and plan could not have told.
 report::Section LimitsSection(const BatchSummary& summary) {
   const GroupSummary& least = *std::ranges::min_element(summary.groups, {}, &GroupSummary::trials);
@@ -261,7 +202,7 @@ BatchSummary SummaryOf(const ResultStore& store, const std::string& file,
                        .over = options.over};
   if (trials.empty()) return summary;
   summary.all = Summarise(trials, {})[0];
-  if (IsBatch(summary)) summary.failures = FailuresSection(trials, summary.header);
+  if (IsBatch(summary)) summary.failures = FailureSection(FailureEffects(trials));
   AddCurves(trials, options, &summary);
   // Who tells so may be the one who just ran the last trial and holds the file still.
   if (IsComplete(summary)) summary.running = false;

@@ -37,7 +37,7 @@ struct BatchSummary {
   std::string over;
   std::vector<std::string> curves_by = {};
   std::vector<SuccessCurve> curves = {};         // may be none
-  std::optional<report::Section> failures = {};  // what they have in common, of enough of them
+  std::optional<report::Section> failures = {};  // what goes with them, of enough of them
 };
 
 // `file` is the store's. ConfigError for a key that its trials do not have, or to draw over one

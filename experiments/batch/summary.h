@@ -12,6 +12,7 @@
 #include "experiments/report/json.h"
 #include "experiments/report/report.h"
 #include "experiments/statistics/intervals.h"
+#include "experiments/statistics/logistic.h"
 #include "sim/base/result_fields.h"
 
 namespace turbidock::batch {

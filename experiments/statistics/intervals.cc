@@ -1,6 +1,5 @@
 #include "experiments/statistics/intervals.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <boost/math/distributions/binomial.hpp>
@@ -16,8 +15,6 @@ double TwoSidedZ(double confidence) {
   return boost::math::quantile(boost::math::normal(), (1 + confidence) / 2);
 }
 
-double Logistic(double x) { return 1 / (1 + std::exp(-x)); }
-
 Count Sum(std::span<const Count> strata) {
   Count all;
   for (const Count& stratum : strata) {
@@ -31,6 +28,15 @@ Count Sum(std::span<const Count> strata) {
 
 Interval WilsonInterval(int64_t successes, int64_t trials, double confidence) {
   return StratifiedInterval(std::array{Count{successes, trials}}, confidence);
+}
+
+Interval RateInterval(double rate, double trials, double confidence) {
+  const double n = trials, z = TwoSidedZ(confidence);
+  const double middle = (rate + z * z / (2 * n)) / (1 + z * z / n);
+  const double half = z / (1 + z * z / n) * std::sqrt(rate * (1 - rate) / n + z * z / (4 * n * n));
+  // At the ends the formula gives 0 and 1 but for rounding.
+  return {rate == 0 ? 0 : std::max(0.0, middle - half),
+          rate == 1 ? 1 : std::min(1.0, middle + half)};
 }
 
 double DesignEffect(std::span<const Count> strata) {
@@ -54,13 +60,8 @@ Interval StratifiedInterval(std::span<const Count> strata, double confidence) {
   if (all.trials == 0) return {};
   // Of these counts, as if there were so many trials.
   const auto trials = static_cast<double>(all.trials);
-  const double n = trials / DesignEffect(strata);
-  const double z = TwoSidedZ(confidence), p = static_cast<double>(all.successes) / trials;
-  const double middle = (p + z * z / (2 * n)) / (1 + z * z / n);
-  const double half = z / (1 + z * z / n) * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
-  // At the ends the formula gives 0 and 1 but for rounding.
-  return {all.successes == 0 ? 0 : std::max(0.0, middle - half),
-          all.successes == all.trials ? 1 : std::min(1.0, middle + half)};
+  const double rate = static_cast<double>(all.successes) / trials;
+  return RateInterval(rate, trials / DesignEffect(strata), confidence);
 }
 
 int64_t TrialsForHalfWidth(double half_width, double confidence) {
@@ -98,79 +99,6 @@ std::optional<double> LeastReaching(double value, const std::function<double(dou
     (function(middle) >= value ? high : low) = middle;
   }
   return high;
-}
-
-double LogisticFit::At(double x) const { return Logistic(intercept + slope * x); }
-
-std::optional<LogisticFit> FitLogistic(const std::vector<BinomialPoint>& points) {
-  std::vector<BinomialPoint> run = points;
-  std::erase_if(run, [](const BinomialPoint& point) { return point.trials == 0; });
-  if (run.empty()) return std::nullopt;
-  Eigen::ArrayXd x(std::ssize(run)), successes(x.size()), trials(x.size());
-  for (Eigen::Index i = 0; i < x.size(); ++i) {
-    const BinomialPoint& point = run[static_cast<size_t>(i)];
-    x(i) = point.x;
-    successes(i) = static_cast<double>(point.successes);
-    trials(i) = static_cast<double>(point.trials);
-  }
-  const double low = x.minCoeff(), scale = x.maxCoeff() - low;
-  const double won = successes.sum(), lost = trials.sum() - won;
-  if (!(scale > 0) || won == 0 || lost == 0) return std::nullopt;
-
-  // Values of x scaled to [0, 1], where the problem is well conditioned.
-  Eigen::MatrixX2d design(x.size(), 2);
-  design << Eigen::ArrayXd::Ones(x.size()), (x - low) / scale;
-  Eigen::Vector2d beta(std::log((won + 0.5) / (lost + 0.5)), 0);
-  Eigen::Matrix2d covariance;
-  constexpr int kMaxSteps = 200;
-  bool converged = false;
-  for (int step = 0; step < kMaxSteps && !converged; ++step) {
-    const Eigen::ArrayXd p = (design * beta).unaryExpr(&Logistic), variance = p * (1 - p);
-    covariance =
-        (design.transpose() * (trials * variance).matrix().asDiagonal() * design).inverse();
-    const Eigen::ArrayXd leverage =  // of one trial
-        variance * (design * covariance).cwiseProduct(design).rowwise().sum().array();
-    Eigen::Vector2d change = covariance * design.transpose() *
-                             (successes - trials * p + trials * leverage * (0.5 - p)).matrix();
-    const double largest = change.cwiseAbs().maxCoeff();
-    if (!std::isfinite(largest)) return std::nullopt;
-    if (largest > 2) change *= 2 / largest;
-    beta += change;
-    converged = largest < 1e-10;
-  }
-  if (!converged || beta[1] == 0) return std::nullopt;
-
-  const double half = -beta[0] / beta[1];
-  if (half < 0 || half > 1) return std::nullopt;
-  const Eigen::Vector2d gradient(-1 / beta[1], beta[0] / (beta[1] * beta[1]));
-  const double margin = TwoSidedZ(0.95) * std::sqrt(gradient.dot(covariance * gradient));
-  return LogisticFit{.intercept = beta[0] - beta[1] * low / scale,
-                     .slope = beta[1] / scale,
-                     .half_x = low + scale * half,
-                     .half_low = low + scale * (half - margin),
-                     .half_high = low + scale * (half + margin)};
-}
-
-Separation SeparationOf(const std::vector<double>& a, const std::vector<double>& b,
-                        double confidence) {
-  TD_CHECK(!a.empty() && !b.empty(), "some of both kinds");
-  std::vector<double> sorted = b;
-  std::ranges::sort(sorted);
-  double larger = 0;
-  for (const double x : a) {
-    const auto [first, last] = std::equal_range(sorted.begin(), sorted.end(), x);
-    larger += static_cast<double>(first - sorted.begin()) + 0.5 * static_cast<double>(last - first);
-  }
-  const auto n = static_cast<double>(a.size()), m = static_cast<double>(b.size());
-  const double p = larger / (n * m);
-  // Of kinds that are told apart altogether, as if half a pair were not.
-  const double q = std::clamp(p, 0.5 / (n * m), 1 - 0.5 / (n * m));
-  const double variance =
-      (q * (1 - q) + (n - 1) * (q / (2 - q) - q * q) + (m - 1) * (2 * q * q / (1 + q) - q * q)) /
-      (n * m);
-  const double logit = std::log(q / (1 - q));
-  const double half = TwoSidedZ(confidence) * std::sqrt(variance) / (q * (1 - q));
-  return {p, {Logistic(logit - half), Logistic(logit + half)}};
 }
 
 }  // namespace turbidock::statistics

@@ -8,8 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "sim/base/result_fields.h"
-
 namespace turbidock::statistics {
 
 // Bounds of a probability.
@@ -24,6 +22,8 @@ struct Interval {
 // [0, 1] without trials.
 // Wilson (1927): the score interval, close to the stated confidence on average.
 Interval WilsonInterval(int64_t successes, int64_t trials, double confidence = 0.95);
+// The same of a number of trials that need not be whole, above 0, and the share that succeeded.
+Interval RateInterval(double rate, double trials, double confidence = 0.95);
 // The least number of trials whose Wilson interval has no more than this half width (in (0, 1/2])
 // where half of them succeed, which makes it the widest.
 int64_t TrialsForHalfWidth(double half_width, double confidence = 0.95);
@@ -57,37 +57,5 @@ std::optional<Interval> MedianInterval(std::vector<double> values, double confid
 
 // Where a function that rises over [0, 1] reaches a value, to 1e-4; nothing where it does not.
 std::optional<double> LeastReaching(double value, const std::function<double(double)>& function);
-
-// How well a number tells two kinds apart: the probability that it is larger in one of `a` than in
-// one of `b`, where ties count half (the area under the ROC curve), and its interval, with Hanley
-// and McNeil's variance (Radiology 143 (1982) 29) of its logit. Neither may be empty.
-struct Separation {
-  double probability = 0.5;
-  Interval interval;
-};
-Separation SeparationOf(const std::vector<double>& a, const std::vector<double>& b,
-                        double confidence = 0.95);
-
-// One condition of a study: successes of trials at a value of what was varied.
-struct BinomialPoint {
-  double x = 0;
-  int64_t successes = 0, trials = 0;
-};
-
-// A logistic curve p = 1 / (1 + exp(-(intercept + slope x))) through binomial data.
-struct LogisticFit {
-  double intercept = 0, slope = 0;
-  double half_x = 0;    // where p = 1/2
-  double half_low = 0;  // 95 % interval of half_x, from the curvature (delta method)
-  double half_high = 0;
-
-  TURBIDOCK_FIELDS(intercept, slope, half_x, half_low, half_high)
-  double At(double x) const;
-};
-
-// Maximum likelihood with Firth's (1993) correction, which is finite also when one value of x
-// separates all successes from all failures. Nothing when the values of x or the outcomes are all
-// alike, or when the fitted curve does not cross 1/2 within the values of x.
-std::optional<LogisticFit> FitLogistic(const std::vector<BinomialPoint>& points);
 
 }  // namespace turbidock::statistics

@@ -90,6 +90,7 @@ TEST_F(BatchReport, SaysHowFarItIsAndWhatCameOut) {
   EXPECT_THAT(text, ContainsRegex("failures +12 collision\n"));
   EXPECT_THAT(text, HasSubstr("pid falls to 50 % at 30 ["));
   EXPECT_THAT(text, HasSubstr("By water milk, controller\n"));
+  EXPECT_THAT(text, ContainsRegex("water milk +15 to 45 ml/m³ +>999 "));
 }
 
 TEST_F(BatchReport, KnowsWhenItIsCompleteRunningOrEmpty) {
@@ -169,36 +170,12 @@ TEST_F(BatchReport, SaysWhereItCouldTellNothing) {
               HasSubstr("Two groups of 1 trial cannot be told apart by success with 80 %"));
 }
 
-// Of two that each trial draws, failures hang on one.
 TEST_F(BatchReport, APlanThatCannotBeReadHindersNothing) {
   BatchSummary summary = Summary(Store(80, 80));
   summary.header.plan = "{";
   const std::string text = report::Text(ReportOf(summary));
   EXPECT_THAT(text, HasSubstr("points of per cent"));
   EXPECT_THAT(text, Not(HasSubstr("Not varied")));
-}
-
-TEST_F(BatchReport, NamesWhatFailuresHaveInCommon) {
-  StoreHeader header{.plan = "seeds: 40\nrandom: {start.lateral_m: 0, sea.depth_m: 0}\n",
-                     .build = "test 1",
-                     .shard = {},
-                     .trials = 40,
-                     .keys = {"start.lateral_m", "sea.depth_m"}};
-  ResultStore store = ResultStore::Write(file_, header);
-  for (int64_t i = 0; i < 40; ++i) {
-    StoredTrial trial{.trial = i,
-                      .parameters = {{"start.lateral_m", FormatNumber(0.01 * i)},
-                                     {"sea.depth_m", FormatNumber(i * 7 % 40)}},
-                      .record = {}};
-    const bool docked = i < 30;
-    trial.record.outcome = docked ? trial::Outcome::kDocked : trial::Outcome::kTimeout;
-    trial.record.failure = docked ? trial::Failure::kNone : trial::Failure::kTimeout;
-    trial.record.docked = trial.record.inserted = docked;
-    store.Add(trial);
-  }
-  EXPECT_THAT(report::Text(ReportOf(Summary(store))),
-              HasSubstr("start lateral, median 345 mm where they failed, 145 mm where they docked. "
-                        "A failed trial's is the larger in 100 % of pairs ["));
 }
 
 TEST_F(BatchReport, WithoutANumberThatVariesNothingIsDrawn) {

@@ -1,4 +1,4 @@
-// Intervals, quantiles and the logistic fit against numbers worked out another way.
+// Intervals and quantiles against numbers worked out another way.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "experiments/statistics/intervals.h"
-#include "sim/base/random.h"
 
 namespace turbidock::statistics {
 namespace {
@@ -138,73 +137,6 @@ TEST(Quantile, InterpolatesBetweenOrderStatistics) {
   EXPECT_DOUBLE_EQ(*Quantile({4, 1, 3, 2}, 1), 4);
   EXPECT_DOUBLE_EQ(*Median({5}), 5);
   EXPECT_FALSE(Median({}));
-}
-
-TEST(FitLogistic, EqualsTheClosedFormOfTwoDoses) {
-  // Firth's estimate with one parameter per value of x is (k + 1/2) / (n + 1).
-  for (const int64_t k : {0, 3, 12}) {
-    const auto fit = FitLogistic({{10, 18, 20}, {60, k, 30}});
-    ASSERT_TRUE(fit);
-    EXPECT_NEAR(fit->At(10), 18.5 / 21, 1e-9);
-    EXPECT_NEAR(fit->At(60), (static_cast<double>(k) + 0.5) / 31, 1e-9);
-    EXPECT_NEAR(fit->At(fit->half_x), 0.5, 1e-12);
-    EXPECT_LT(fit->half_low, fit->half_x);
-    EXPECT_GT(fit->half_high, fit->half_x);
-  }
-}
-
-TEST(FitLogistic, FindsTheCurveBehindManyTrials) {
-  std::vector<BinomialPoint> points;
-  for (int x = 0; x <= 80; x += 10) {
-    constexpr int64_t kTrials = 1000000;
-    const double p = 1 / (1 + std::exp(-(4 - 0.1 * x)));
-    points.push_back({static_cast<double>(x), std::llround(p * kTrials), kTrials});
-  }
-  const auto fit = FitLogistic(points);
-  ASSERT_TRUE(fit);
-  EXPECT_NEAR(fit->half_x, 40, 1e-3);
-  EXPECT_NEAR(fit->slope, -0.1, 1e-5);
-  EXPECT_LT(fit->half_high - fit->half_low, 0.2);
-}
-
-TEST(FitLogistic, IsFiniteForSeparatedData) {
-  const auto fit = FitLogistic({{0, 10, 10}, {10, 10, 10}, {20, 0, 10}, {30, 0, 10}});
-  ASSERT_TRUE(fit);
-  EXPECT_NEAR(fit->half_x, 15, 1e-9);
-}
-
-TEST(FitLogistic, SaysNothingWhereThereIsNothingToSay) {
-  EXPECT_FALSE(FitLogistic({}));
-  EXPECT_FALSE(FitLogistic({{0, 5, 10}}));                // one value of x
-  EXPECT_FALSE(FitLogistic({{0, 10, 10}, {9, 10, 10}}));  // never fails
-  EXPECT_FALSE(FitLogistic({{0, 9, 10}, {9, 8, 10}}));    // half is outside
-}
-
-// 1 of 4 pairs the wrong way round, 1 tied; the interval worked out by hand.
-TEST(Separation, CountsPairsAndHasHanleyAndMcNeilsInterval) {
-  const Separation s = SeparationOf({2, 3}, {2, 2.5});
-  EXPECT_DOUBLE_EQ(s.probability, 2.5 / 4);
-  const double p = 0.625, q1 = p / (2 - p), q2 = 2 * p * p / (1 + p);
-  const double sd = std::sqrt((p * (1 - p) + (q1 - p * p) + (q2 - p * p)) / 4);
-  const double low = std::log(p / (1 - p)) - 1.959963984540054 * sd / (p * (1 - p));
-  EXPECT_NEAR(s.interval.low, 1 / (1 + std::exp(-low)), 1e-12);
-  const Separation apart = SeparationOf({3, 4, 5}, {1, 2});
-  EXPECT_EQ(apart.probability, 1);
-  EXPECT_LT(apart.interval.low, 1);
-}
-
-// Two kinds that do not differ: the interval holds one half about as often as it says.
-TEST(Separation, ItsIntervalHoldsOneHalfWhereNothingDiffers) {
-  Rng rng(11, 0);
-  int holds = 0;
-  for (int i = 0; i < 1000; ++i) {
-    std::vector<double> a(20), b(40);
-    for (double& x : a) x = rng.Normal();
-    for (double& x : b) x = rng.Normal();
-    const Interval interval = SeparationOf(a, b).interval;
-    holds += interval.low <= 0.5 && 0.5 <= interval.high;
-  }
-  EXPECT_GE(holds, 930);
 }
 
 }  // namespace
