@@ -19,7 +19,6 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 GATE = ROOT / 'assets/gates/docking.yaml'
-PLAN = ROOT / 'assets/gates/conditions.yaml'
 
 
 def scaled(key, values, factor):
@@ -129,24 +128,24 @@ def judge(out, name, assignments, workers, program):
             out / f'{name}.log', good=(0, 1, 3))
         (folder / 'seconds').write_text(f'{time.monotonic() - begin:.0f}')
     summary = json.loads((folder / 'summary.json').read_text())
-    failed = [f"{c['condition']}: {m['measure']}" for c in summary['conditions'] for m in c['measures']
+    failed = [f"{c['condition']}: {m['measure']}" for c in summary['conditions'] for m in c['changes']
               if m['verdict'] == 'fail']
     return [summary['verdict'], sum(c['trials'] for c in summary['conditions']), (folder / 'seconds').read_text(),
             '; '.join(failed)]
 
 
 def trials_of(out, name, assignments, seeds, workers, program):
-    """What a batch on other seeds shows: {(case, seed): docked}, and medians of the trials that docked."""
+    """What the gate's own trials on other seeds show: {(case, seed): success}, and medians of those that succeed."""
     file = out / f'{name}.db'
-    run([program, 'batch', PLAN, '--seeds', str(seeds), '--workers', str(workers), '--out', file, '--quiet',
-         *sets(assignments)], out / f'{name}.batch.log')
+    run([program, 'batch', GATE, '--seed', '733', '--seeds', str(seeds), '--workers', str(workers), '--out', file,
+         '--quiet', *sets(assignments)], out / f'{name}.batch.log')
     with sqlite3.connect(f'file:{file}?mode=ro', uri=True) as store:
-        trials = {(case, seed): outcome == 'docked' for case, seed, outcome in store.execute(
+        trials = {(case, seed): outcome == 'success' for case, seed, outcome in store.execute(
             'SELECT "case", seed, outcome FROM trials')}
         docked = store.execute(
             "SELECT time_s, effort_v, fitness_mean,"
             " final_error_true_x_m, final_error_true_y_m, final_error_true_z_m"
-            " FROM trials WHERE outcome = 'docked'").fetchall()
+            " FROM trials WHERE outcome = 'success'").fetchall()
     if not docked:
         return trials, [''] * 4
     return trials, [f'{statistics.median(d[0] for d in docked):.1f}', f'{statistics.median(d[1] for d in docked):.2f}',

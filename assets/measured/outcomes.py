@@ -51,7 +51,7 @@ def main():
     groups, false_docks = {}, 0
     for *group, outcome, failure, time_s, reason, inserted in found:
         groups.setdefault(tuple(group), []).append((outcome, failure, time_s, reason))
-        false_docks += outcome == 'docked' and not inserted
+        false_docks += outcome == 'success' and not inserted
     counted = lambda values: ', '.join(f'{n} {value}' for value, n in collections.Counter(values).most_common())
     if arguments.title:
         for key, value in (('title', arguments.title), ('command', arguments.command), ('build', build),
@@ -60,7 +60,7 @@ def main():
     writer = csv.writer(sys.stdout, lineterminator='\n')
     writer.writerow([*arguments.keys, 'outcomes', 'failures', 'median time, s', 'reason, of the first that did not dock'])
     for group, trials in groups.items():
-        failed = [trial for trial in trials if trial[0] != 'docked']
+        failed = [trial for trial in trials if trial[0] != 'success']
         writer.writerow([*map(plain, group), counted(t[0] for t in trials), counted(t[1] for t in trials),
                          f'{statistics.median(t[2] for t in trials):.1f}', failed[0][3] if failed else ''])
     return 1 if false_docks else 0

@@ -71,7 +71,7 @@ def main():
     cells = {}
     for law, current, period_s, height_m, outcome in found:
         cells.setdefault((law, current), {}).setdefault((float(period_s), float(height_m)), []).append(
-            outcome == 'docked')
+            outcome == 'success')
     periods_s = sorted({p for panel in cells.values() for p, _ in panel})
     heights_m = sorted({h for panel in cells.values() for _, h in panel})
     currents = sorted({current for _, current in cells}, key=speed_mps)

@@ -15,6 +15,7 @@
 #include "experiments/command/report_output.h"
 #include "experiments/page/batch_page.h"
 #include "experiments/report/report.h"
+#include "experiments/studies/dataset/dataset.h"
 #include "experiments/studies/recognition/calibration.h"
 #include "experiments/studies/recognition/recognition.h"
 #include "experiments/system/build_info.h"
@@ -61,7 +62,7 @@ int Batch(const BatchArguments& arguments) {
                                     [&](const std::string& text) { progress.Say("  " + text); });
   batch::ResultStore store =
       batch::OpenResults(arguments.out, plan, shard, arguments.anew, options.jobs);
-  progress.Say(fmt::format("{}: {}{} trials{}, plan {}, {}", plan.settings().description,
+  progress.Say(fmt::format("{}: {}{} trials{}, plan {}, {}", plan.title(),
                            plan.settings().precision > 0 ? "up to " : "", plan.trials(),
                            shard.count > 1 ? ", of which shard " + shard.Text() : "", plan.hash(),
                            system::VersionAndCommit()));
@@ -120,7 +121,7 @@ struct SlurmTaskArguments {
 
 int SlurmTask(const SlurmTaskArguments& arguments) {
   batch::RunSlurmTask(arguments.folder, arguments.task, arguments.workers,
-                      {batch::TrialWork(arguments.plugins),
+                      {batch::TrialWork(arguments.plugins), dataset::ShardWork(arguments.plugins),
                        recognition::CellWork(arguments.plugins), recognition::EvaluationWork()});
   return command::kExitDone;
 }

@@ -10,6 +10,7 @@
 #include "experiments/command/command_line.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/studies/gate/gate_plan.h"
 #include "experiments/studies/tuning/study.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/scenario.h"
@@ -26,7 +27,7 @@ struct ListArguments {
 // What a bundled file says of itself.
 std::string Described(const std::string& folder, const std::string& name) {
   if (folder == "scenarios") return trial::LoadScenario(name, {}).description;
-  if (folder == "studies") return tuning::LoadStudy(name).settings().description;
+  if (folder == "studies") return tuning::LoadStudy(name).plan().title();
   const batch::Plan plan = batch::LoadPlan(name);
   return fmt::format("{} {:>5} trials  {}", plan.settings().precision > 0 ? "up to" : "     ",
                      plan.trials(), plan.settings().description);
@@ -88,8 +89,10 @@ int List(const ListArguments& arguments) {
     PrintKeys(trial::ScenarioKeys(plugins));
   else if (what == "plan-keys")
     PrintKeys(batch::PlanKeys());
+  else if (what == "gate-keys")
+    PrintKeys(gate::GateKeys());
   else if (what == "study-keys")
-    PrintKeys(config::ListKeys<tuning::StudySettings>());
+    PrintKeys(tuning::StudyKeys());
   else if (what == "result-keys")
     std::fputs(trial::ResultKeyTable().c_str(), stdout);
   else
@@ -104,13 +107,13 @@ void AddList(command::CommandLine& line) {
       line.Add("list", "List the bundled scenarios, plans and studies, or the keys", &List);
   arguments.plugins = line.plugins();
   const command::Option what =
-      list.Add(
-              "what", arguments.what,
-              "scenarios, plans, studies; keys: every key of a scenario with default, range and\n"
-              "meaning; plan-keys: of a plan; study-keys: of a plan that tune takes, in `tuning`;\n"
-              "result-keys: every key of a result with its column in a batch's file")
-          .OneOf({"all", "scenarios", "plans", "studies", "keys", "plan-keys", "study-keys",
-                  "result-keys"});
+      list.Add("what", arguments.what,
+               "scenarios, plans, studies; keys: every key of a scenario with default, range and\n"
+               "meaning; plan-keys: of a plan; gate-keys, study-keys: of its groups `gate` and "
+               "`tuning`;\n"
+               "result-keys: every key of a result with its column in a batch's file")
+          .OneOf({"all", "scenarios", "plans", "studies", "keys", "plan-keys", "gate-keys",
+                  "study-keys", "result-keys"});
   list.Add("--show SCENARIO", arguments.show,
            "Instead: a scenario, bundled or a file, with every default spelt out")
       .Excludes(what);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <string_view>
 #include <vector>
 
 #include "experiments/batch/batch.h"
@@ -20,6 +21,16 @@ struct MergeArguments {
   bool complete = false;
 };
 
+// "10 then, 3 now" as of two files.
+std::string Attributed(const std::string& difference, const std::string& a, const std::string& b) {
+  constexpr std::string_view kThen = " then, ", kNow = " now";
+  const size_t at = difference.rfind(kThen);
+  if (at == std::string::npos || !difference.ends_with(kNow)) return difference;
+  const size_t second = at + kThen.size();
+  return fmt::format("{} in {}, {} in {}", difference.substr(0, at), a,
+                     difference.substr(second, difference.size() - kNow.size() - second), b);
+}
+
 int Merge(const MergeArguments& arguments) {
   system::OutputPlan outputs;
   outputs.Reads(arguments.inputs).Writes(arguments.out, system::kResultFile).Require();
@@ -29,7 +40,8 @@ int Merge(const MergeArguments& arguments) {
   for (const std::string& input : arguments.inputs) {
     const auto differences = batch::Differences(header, batch::ResultStore::Read(input).header());
     if (!differences.empty())
-      throw batch::MismatchError(fmt::format("{} and {}: {}", first, input, differences[0]));
+      throw batch::MismatchError(fmt::format("{} does not go with {}: {}", input, first,
+                                             Attributed(differences[0], first, input)));
   }
   batch::ResultStore store = batch::ResultStore::Write(arguments.out, header);
   for (const std::string& input : arguments.inputs) store.Merge(input);

@@ -7,6 +7,7 @@
 
 #include "experiments/batch/result_store.h"
 #include "experiments/report/report.h"
+#include "sim/base/result_fields.h"
 
 namespace turbidock::batch {
 
@@ -17,6 +18,8 @@ struct FailureEffect {
   double odds_low = 0, odds_high = 0;  // 95 %
   double p = 1;
   bool significant = false;  // Holm at 5 % over all effects
+
+  TURBIDOCK_FIELDS(name, change, odds, odds_low, odds_high, p, significant)
 };
 
 // Of each on its own, the least p first: parameters that are numbers, from their lower to their

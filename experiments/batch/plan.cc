@@ -26,16 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kScenarioKey = "scenario";
-constexpr const char* kCaseKey = "case";
-
-// Keys of older files, and what has taken their place.
-const std::vector<PlanKey> kReplaced = {
-    {"conditions",
-     "is now `cases`, by name, with scenario and keys together; alpha, beta, margins and baseline "
-     "are in the group `gate`"},
-    {"trials",
-     "its keys now stand at the top of the file; gains, objective, optimiser, racing and proof are "
-     "in the group `tuning`"}};
 
 const Case& CaseIn(const std::vector<Case>& cases, const std::string& name) {
   return *std::ranges::find(cases, name, &Case::name);
@@ -74,30 +64,6 @@ std::string NamesIn(trial::Scenario* scenario) {
   return names;
 }
 
-// Of a resolved plan: where the files are that it names.
-constexpr const char* kFolderKey = "folder";
-
-// Keys of a plan that PlanSettings does not have.
-std::vector<PlanKey> Groups() {
-  std::vector<PlanKey> groups = {
-      {"set", "keys of the scenario and their values, in every trial"},
-      {"cases",
-       "cells by name, each with keys of the scenario and perhaps a `scenario` of its own, in "
-       "every cell of the grid"},
-      {"grid", "keys of the scenario and a list of values of each; every combination is a cell"},
-      {"strata",
-       "equally likely parts of the draws by name, each with keys of the scenario; a cell's trials "
-       "are of each in turn"},
-      {"random",
-       "keys of the scenario and how each trial draws their values: {uniform: [LOW, HIGH]}, "
-       "{log_uniform: [LOW, HIGH]}, {normal: [MEAN, DEVIATION], within: [LOW, HIGH]}, "
-       "{choice: [VALUE, ...]}"}};
-  std::ranges::copy(kUseGroups, std::back_inserter(groups));
-  for (const char* key : {"resolved_scenarios", "model_files", kFolderKey})
-    groups.push_back({key, "of a resolved plan, which the program writes"});
-  return groups;
-}
-
 void RefuseKeys(const config::YamlNode& plan, const std::vector<PlanKey>& keys) {
   for (const auto& [key, why] : keys)
     if (const auto given = plan.Find(key)) given->Fail(why);
@@ -111,14 +77,11 @@ config::YamlNode InItsFolder(config::YamlNode plan) {
 
 }  // namespace
 
-std::string ModelFilesText(const std::map<std::string, trial::ModelFile>& files) {
-  std::string text = "model_files:\n";
-  for (const auto& [name, file] : files)
-    text += fmt::format("  {}: content {}\n", YamlText(file.file), file.content);
-  return text;
+bool Parameter::operator==(const Parameter& other) const {
+  if (key != other.key || value == other.value) return key == other.key;
+  const std::optional<double> number = report::NumberIn(value);
+  return number && number == report::NumberIn(other.value);
 }
-
-std::string YamlText(const std::string& text) { return config::TextNode(text, {}).OneLine(); }
 
 Plan::Plan(const std::string& text, const std::string& file, const PlanOverrides& overrides)
     : Plan(config::ParseYaml(text, file), overrides) {}
@@ -127,14 +90,15 @@ Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
     : plugins_(overrides.plugins) {
   const config::YamlNode plan = InItsFolder(given);
   const std::string& file = plan.file;
-  RefuseKeys(plan, kReplaced);
+  RefuseKeys(plan, ReplacedPlanKeys());
   if (!plan.Find("resolved_scenarios")) {
-    RefuseKeys(plan, overrides.refused);
+    for (const PlanKey& key : overrides.refused)
+      if (!overrides.seeds || key.key != "precision") RefuseKeys(plan, {key});
     for (const char* key : {"model_files", kFolderKey})
       RefuseKeys(plan, {{key, "only a resolved plan has it; leave it out"}});
   }
   std::vector<std::string> groups;
-  for (const PlanKey& group : Groups()) groups.push_back(group.key);
+  for (const PlanKey& group : PlanGroups()) groups.push_back(group.key);
   config::Origins origins;
   config::ReadFields(plan, &settings_, &origins, groups);
   if (!plan.Find("schema_version"))
@@ -142,41 +106,50 @@ Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
   if (overrides.master_seed) settings_.master_seed = *overrides.master_seed;
   if (overrides.seeds) settings_.seeds = *overrides.seeds, settings_.precision = 0;
   config::CheckSettings(settings_, origins);
-  samples_ = SamplesOf(settings_.seeds, settings_.precision);
+  title_ = settings_.description.empty() ? fs::path(file).stem().string() : settings_.description;
   // In the order in which a trial takes their values. A case may say otherwise than `set`.
   ReadSet(plan, overrides.assignments);
   if (const auto cases = plan.Find("cases")) {
     cases_ = CasesIn(*cases, kCaseKey);
+    for (Case& one : cases_)
+      for (const config::Assignment& last : overrides.assignments) {
+        std::erase_if(one.values, [&](const auto& own) { return own.key == last.key; });
+        one.values.push_back(last);
+      }
     GridAxis& axis = grid_.emplace_back(GridAxis{kCaseKey, {}});
     for (const Case& one : cases_) axis.values.push_back(one.name);
   }
   if (const auto grid = plan.Find("grid")) ReadGrid(*grid);
   if (const auto strata = plan.Find("strata")) strata_ = CasesIn(*strata, kStratumKey);
-  if (!strata_.empty() && settings_.seeds % std::ssize(strata_) != 0)
-    throw ConfigError(overrides.seeds ? "--seeds" : file + ": seeds",
-                      fmt::format("{} must be a multiple of {}: each stratum is met equally often",
-                                  settings_.seeds, strata_.size()));
   if (const auto random = plan.Find("random")) ReadRandom(*random);
-  for (const GridAxis& axis : grid_) {
-    cells_ *= std::ssize(axis.values);
-    if (trials() > kMaxTrials)
-      throw ConfigError(file + ": grid: more than " + std::to_string(kMaxTrials) + " trials");
-  }
+  CountTrials(overrides.seeds ? "--seeds" : file + ": seeds");
   LoadScenarios(plan);
   CheckTrials(file);
   if (const auto files = plan.Find("model_files")) RequireSameFiles(*files);
   trials_ = Resolve(plan);
 }
 
-std::string Plan::resolved() const { return config::SaveYaml(settings_) + trials_; }
-
 Plan Plan::WithSeeds(std::optional<int64_t> master_seed, int seeds) const {
   Plan other = *this;
   other.settings_.seeds = seeds;
   other.settings_.precision = 0;
   if (master_seed) other.settings_.master_seed = *master_seed;
-  other.samples_ = seeds;
+  other.CountTrials("seeds");
   return other;
+}
+
+void Plan::CountTrials(const std::string& key) {
+  if (!strata_.empty() && settings_.seeds % std::ssize(strata_) != 0)
+    throw ConfigError(key, fmt::format("{} must be a multiple of {}: each stratum is met equally "
+                                       "often",
+                                       settings_.seeds, strata_.size()));
+  samples_ = SamplesOf(settings_.seeds, settings_.precision);
+  cells_ = 1;
+  for (const GridAxis& axis : grid_) {
+    cells_ *= std::ssize(axis.values);
+    if (trials() > kMaxTrials)
+      throw ConfigError(key, fmt::format("more than {} trials", kMaxTrials));
+  }
 }
 
 void Plan::ReadSet(const config::YamlNode& plan,
@@ -288,11 +261,13 @@ void Plan::LoadScenarios(const config::YamlNode& plan) {
 }
 
 std::vector<std::string> Plan::files() const {
-  std::vector<std::string> files;
-  for (const auto& [name, file] : found_) files.push_back(file);
-  for (const auto& [name, scenario] : scenarios_)
-    files.insert(files.end(), {scenario.model, scenario.vehicle_model, scenario.station_model});
-  return files;
+  std::set<std::string> all;
+  for (const auto& [name, file] : found_) all.insert(file);
+  for (const config::Assignment& given : set_)  // gains
+    if (given.value.file != config::kFromSet) all.insert(given.value.file);
+  for (const auto& [names, files] : files_)
+    for (const trial::ModelFile& file : files) all.insert(file.file);
+  return {all.begin(), all.end()};
 }
 
 TrialSpec Plan::Trial(int64_t trial) const {
@@ -341,14 +316,14 @@ std::optional<int64_t> Plan::NumberOf(const std::vector<Parameter>& parameters,
   int64_t cell = 0;
   for (size_t i = 0; i < grid_.size(); ++i) {
     const auto& [key, values, nodes] = grid_[i];
-    const auto found = std::ranges::find(values, parameters[i].value);
-    if (parameters[i].key != key || found == values.end()) return std::nullopt;
+    const auto found = std::ranges::find_if(values, [&, &key = key](const auto& value) {
+      return Parameter{key, value} == parameters[i];
+    });
+    if (found == values.end()) return std::nullopt;
     cell = cell * std::ssize(values) + (found - values.begin());
   }
   return NumberOf(cell, sample);
 }
-
-TrialSpec Plan::FirstOf(int64_t cell) const { return Trial(NumberOf(cell, 0)); }
 
 std::vector<config::Assignment> Plan::AssignmentsOf(
     const std::vector<Parameter>& parameters) const {
@@ -435,47 +410,29 @@ void Plan::CheckTrials(const std::string& file) {
     }
 }
 
-// Whether trials differ in files.
-bool Plan::NamesFiles() const {
+VariedKeys Plan::Varied() const {
   VariedKeys varied;
   for (const auto* cases : {&cases_, &strata_})
     for (const Case& one : *cases)
       for (const config::Assignment& given : one.values) varied.Add(given.key, given.value);
   for (const GridAxis& axis : grid_)
     for (const config::YamlNode& value : axis.nodes) varied.Add(axis.key, value);
-  for (size_t i = 0; i < random_.size(); ++i)
-    for (const std::string& choice : random_[i].choices)
-      varied.Add(random_[i].key, config::ParseYamlValue(choice, distributions_[i]));
-  return std::ranges::any_of(trial::ScenarioKeys(plugins_), [&varied](const auto& doc) {
-    return doc.type == "file" && varied.Has(doc.key);
-  });
-}
-
-std::string Plan::Resolve(const config::YamlNode& plan) const {
-  std::string text;
-  if (NamesFiles())
-    text += fmt::format("{}: {}\n", kFolderKey,
-                        YamlText(fs::absolute(plan.file).parent_path().string()));
-  for (const std::string part : {"cases", "strata", "grid", "random"})
-    if (const auto given = plan.Find(part); given && !given->Entries().empty()) {
-      text += part + ":\n";
-      for (const auto& [name, value] : given->Entries())
-        text += fmt::format("  {}: {}\n", YamlText(name), value.OneLine());
-    }
-  text += "resolved_scenarios:\n";
-  for (const auto& [name, scenario] : scenarios_)
-    text +=
-        "  " + YamlText(name) + ": |\n" + system::Indented(trial::SaveScenario(scenario), "    ");
-  std::map<std::string, trial::ModelFile> files;  // by name
-  for (const auto& [names, of] : files_)
-    for (const trial::ModelFile& file : of) files[file.file] = file;
-  return text + ModelFilesText(files);
+  for (size_t i = 0; i < random_.size(); ++i) {
+    varied.Add(random_[i].key, config::TextNode("", distributions_[i]));
+    if (const auto choices = distributions_[i].Find("choice"))
+      for (const config::YamlNode& value : choices->Elements()) varied.Add(random_[i].key, value);
+  }
+  return varied;
 }
 
 std::vector<config::KeyDoc> PlanKeys() {
   std::vector<config::KeyDoc> docs = config::ListKeys<PlanSettings>();
-  for (const auto& [key, what] : Groups())
-    docs.push_back({.key = key, .type = "group of keys", .value = "", .range = "", .doc = what});
+  for (const auto& [key, what] : PlanGroups())
+    docs.push_back({.key = key,
+                    .type = key == kFolderKey ? "text" : "group of keys",
+                    .value = "",
+                    .range = "",
+                    .doc = what});
   return docs;
 }
 

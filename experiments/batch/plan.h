@@ -46,16 +46,9 @@
 namespace turbidock::batch {
 
 inline constexpr int kPlanSchema = 1;
-inline constexpr int64_t kMaxTrials = 10'000'000;      // of a plan
-inline constexpr const char* kStratumKey = "stratum";  // the parameter that `strata` make
-
-struct PlanKey {
-  std::string key, what;
-};
-// Groups of a plan that its uses read themselves.
-inline const std::vector<PlanKey> kUseGroups = {
-    {"gate", "what `turbidock gate` judges: see list gate-keys"},
-    {"tuning", "what `turbidock tune` searches: see list study-keys"}};
+inline constexpr int64_t kMaxTrials = 10'000'000;  // of a plan
+// The parameters that `cases` and `strata` make.
+inline constexpr const char *kCaseKey = "case", *kStratumKey = "stratum";
 
 struct PlanSettings {
   int schema_version = 0;
@@ -93,7 +86,7 @@ struct Parameter {
   std::string key, value;
 
   std::string Assignment() const { return key + "=" + value; }
-  bool operator==(const Parameter&) const = default;
+  bool operator==(const Parameter& other) const;  // however a number is written
 };
 
 // Keys that change together. In the grid it is a value of the key `case`, of a stratum one of the
@@ -120,12 +113,20 @@ struct TrialSpec {
 
 // What the command line and the program around it may change in a plan.
 struct PlanOverrides {
-  std::vector<config::Assignment> assignments{};  // scenario keys, over the plan's `set`
+  // Scenario keys: over the plan's `set` and cases. What else varies them is refused.
+  std::vector<config::Assignment> assignments{};
   std::optional<int64_t> master_seed{};
   std::optional<int> seeds{};  // exactly so many: the precision is 0
   trial::Plugins plugins{};    // what else its scenarios may choose
   // What this use cannot take, and why: no file may give these keys.
   std::vector<PlanKey> refused{};
+};
+
+// A cell as a plan has it.
+struct CellText {
+  std::string name;           // "rough", "sea.state=calm"; "all" of the only one
+  std::string given;          // "sea_night sea.state=calm": all that is given to its trials
+  std::string scenario_file;  // where its scenario was found
 };
 
 class Plan {
@@ -141,7 +142,9 @@ class Plan {
   const std::vector<GridAxis>& grid() const { return grid_; }
   // Keys of a trial's parameters, in their order.
   const std::vector<std::string>& keys() const { return keys_; }
-  // What its scenarios were read from and their models: files, or names of bundled ones.
+  // Its description, or the name of its file.
+  const std::string& title() const { return title_; }
+  // All that it was read from, and that its trials read: files, or names of bundled ones.
   std::vector<std::string> files() const;
   // What there is to say of its values, a sentence each: such as one that a preset after it undoes.
   const std::vector<std::string>& remarks() const { return remarks_; }
@@ -150,13 +153,18 @@ class Plan {
   int64_t trials() const { return cells_ * samples_; }
 
   TrialSpec Trial(int64_t trial) const;
-  TrialSpec FirstOf(int64_t cell) const;  // its first trial
+  TrialSpec FirstOf(int64_t cell) const { return Trial(NumberOf(cell, 0)); }
+  int64_t NumberOf(int64_t cell, int64_t sample) const;
+  CellText TextOf(int64_t cell) const;  // not of a resolved plan
   // A trial's, resolved, with a digest of each file that it reads (`model_files`) as it was when
   // the plan was read.
   trial::Scenario ScenarioOf(const TrialSpec& spec) const;
   // The trial of these parameters that is the so manieth of its cell; nothing where it has none.
   std::optional<int64_t> NumberOf(const std::vector<Parameter>& parameters, int64_t sample) const;
-  // The same plan with other seeds, exactly so many a cell; nothing is read anew.
+  // The keys that its cases, grid, strata and draws give values.
+  VariedKeys Varied() const;
+  // The same plan with other seeds, exactly so many a cell; nothing is read anew. ConfigError about
+  // `seeds` for a number that it cannot have.
   Plan WithSeeds(std::optional<int64_t> master_seed, int seeds) const;
 
   // The plan with everything that decides its trials spelt out: the scenarios with every value, and
@@ -165,7 +173,7 @@ class Plan {
   std::string hash() const { return DigestOf(resolved()); }
 
  private:
-  int64_t NumberOf(int64_t cell, int64_t sample) const;
+  void CountTrials(const std::string& key);  // which says how many, for messages
   void ReadSet(const config::YamlNode& plan, const std::vector<config::Assignment>& assignments);
   void ReadGrid(const config::YamlNode& node);
   // Those of a key of the plan, and the parameter that they are values of: kCaseKey, kStratumKey.
@@ -179,10 +187,10 @@ class Plan {
   void CheckTrials(const std::string& file);
   std::vector<config::Assignment> AssignmentsOf(const std::vector<Parameter>& parameters) const;
   double DrawOf(const RandomKey& random, const std::string& cell, int64_t sample) const;
-  bool NamesFiles() const;
   std::string Resolve(const config::YamlNode& plan) const;
 
   PlanSettings settings_;
+  std::string title_;
   trial::Plugins plugins_;
   std::vector<GridAxis> grid_;
   std::vector<Case> cases_, strata_;
@@ -203,6 +211,18 @@ class Plan {
 // The trials that a cell runs at most: so many that any success rate is known to the precision, or
 // to 0.001, in whole times `seeds`.
 int64_t SamplesOf(int64_t seeds, double precision);
+
+// Reads a group of a plan's file that a use of it has (kUseGroups), and checks it.
+template <HasFields Settings>
+Settings ReadUse(const config::YamlNode& plan, const std::string& group) {
+  const std::optional<config::YamlNode> node = plan.Find(group);
+  if (!node) throw ConfigError(plan.file + ": " + group + ": this key is required");
+  Settings settings;
+  config::Origins origins;
+  config::ReadFields(*node, &settings, &origins);
+  config::CheckSettings(settings, origins, group);
+  return settings;
+}
 
 // Every key of a plan, with what it means.
 std::vector<config::KeyDoc> PlanKeys();

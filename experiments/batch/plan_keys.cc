@@ -1,6 +1,7 @@
 #include "experiments/batch/plan_keys.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/statistics/sampling.h"
@@ -30,6 +31,37 @@ void ForEachLeaf(const std::string& key, const config::YamlNode& value, const Do
 }
 
 }  // namespace
+
+std::vector<PlanKey> PlanGroups() {
+  std::vector<PlanKey> groups = {
+      {"set", "keys of the scenario and their values, in every trial"},
+      {"cases",
+       "cells by name, each with keys of the scenario and perhaps a `scenario` of its own, in "
+       "every cell of the grid"},
+      {"grid", "keys of the scenario and a list of values of each; every combination is a cell"},
+      {"strata",
+       "equally likely parts of the draws by name, each with keys of the scenario; a cell's trials "
+       "are of each in turn"},
+      {"random",
+       "keys of the scenario and how each trial draws their values: {uniform: [LOW, HIGH]}, "
+       "{log_uniform: [LOW, HIGH]}, {normal: [MEAN, DEVIATION], within: [LOW, HIGH]}, "
+       "{choice: [VALUE, ...]}"}};
+  std::ranges::copy(kUseGroups, std::back_inserter(groups));
+  for (const char* key : {"resolved_scenarios", "model_files", kFolderKey})
+    groups.push_back({key, "of a resolved plan, which the program writes"});
+  return groups;
+}
+
+std::vector<PlanKey> ReplacedPlanKeys() {
+  return {{"conditions",
+           "is now `cases`, by name, with scenario and keys together; alpha, beta, margins and "
+           "baseline "
+           "are in the group `gate`"},
+          {"trials",
+           "its keys now stand at the top of the file; gains, objective, optimiser, racing and "
+           "proof are "
+           "in the group `tuning`"}};
+}
 
 RandomKey RandomKey::Read(const std::string& key, const config::YamlNode& distribution) {
   constexpr auto& kKinds = EnumNames<Kind>::kNames;
@@ -86,19 +118,18 @@ void VariedKeys::Add(const std::string& key, const config::YamlNode& value) {
   });
 }
 
-const std::string* VariedKeys::Find(const std::string& leaf) const {
-  auto there = leaves_.find(leaf);
-  if (there == leaves_.end()) there = leaves_.lower_bound(leaf + ".");
+const std::string* VariedKeys::Find(const std::string& key) const {
+  auto there = leaves_.find(key);
+  if (there == leaves_.end()) there = leaves_.lower_bound(key + ".");
   const bool is_there =
-      there != leaves_.end() && (there->first == leaf || there->first.starts_with(leaf + "."));
+      there != leaves_.end() && (there->first == key || there->first.starts_with(key + "."));
   return is_there ? &there->second : nullptr;
 }
 
-void VariedKeys::RequireNew(const std::string& key, const config::YamlNode& value,
-                            const std::string& problem) const {
+void VariedKeys::RequireNew(const std::string& key, const config::YamlNode& value) const {
   ForEachLeaf(key, value, [&](const std::string& leaf, const config::YamlNode& at) {
     if (const std::string* before = Find(leaf))
-      at.Fail(problem.empty() ? "this key is given twice, also by " + *before : problem);
+      at.Fail("this key is given twice, also by " + *before);
   });
 }
 

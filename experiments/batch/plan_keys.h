@@ -1,5 +1,5 @@
 #pragma once
-// The keys of the scenario that a plan gives values: those that it draws, and which there are.
+// The keys of a plan besides its settings, and those of the scenario that it gives values.
 
 #include <array>
 #include <map>
@@ -14,6 +14,20 @@ struct YamlNode;
 }
 
 namespace turbidock::batch {
+
+struct PlanKey {
+  std::string key, what;
+};
+
+// Groups of a plan that its uses read themselves.
+inline const std::vector<PlanKey> kUseGroups = {
+    {"gate", "what `turbidock gate` judges: see list gate-keys"},
+    {"tuning", "what `turbidock tune` searches: see list study-keys"}};
+// Of a resolved plan: where the files are that it names.
+inline constexpr const char* kFolderKey = "folder";
+// All keys but those of PlanSettings; and keys of older files with what has taken their place.
+std::vector<PlanKey> PlanGroups();
+std::vector<PlanKey> ReplacedPlanKeys();
 
 // A random key and how a number in (0, 1) becomes its value.
 struct RandomKey {
@@ -41,7 +55,7 @@ constexpr auto Names(RandomKey::Kind) {
 }
 
 // Which keys of the scenario are given values, so that none is given them twice: by a plan's `set`,
-// its cases, grid, strata and draws, or by a study's gains.
+// its cases, grid, strata and draws.
 //
 // A group of keys counts as each of its keys, an element of a list as a part of it: `start:
 // {heading_rad: 0}` is `start.heading_rad`, `a[1]` is `a.1` and part of `a`. A part may be given
@@ -49,17 +63,12 @@ constexpr auto Names(RandomKey::Kind) {
 class VariedKeys {
  public:
   void Add(const std::string& key, const config::YamlNode& value);
-  // ConfigError about the first key of the value that is there already, or of which a part is:
-  // where it is given before, or another problem with that.
-  void RequireNew(const std::string& key, const config::YamlNode& value,
-                  const std::string& problem = "") const;
-  // Whether a key in dots is given, alone or in a group.
-  bool Has(const std::string& key) const { return Find(key) != nullptr; }
+  // ConfigError about the first key of the value that is there already, or of which a part is.
+  void RequireNew(const std::string& key, const config::YamlNode& value) const;
+  // Where a key in dots, or its first part, is given, alone or in a group; null where it is not.
+  const std::string* Find(const std::string& key) const;
 
  private:
-  // Where a key in dots, or its first part, is given; null where it is not.
-  const std::string* Find(const std::string& leaf) const;
-
   std::map<std::string, std::string> leaves_;  // by the key in dots, where it is given
 };
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <iterator>
 #include <map>
@@ -67,13 +68,6 @@ std::string CommonDifference(const config::YamlNode& before, const config::YamlN
   return "";
 }
 
-// A plan, or that of a study.
-config::YamlNode TrialsIn(const std::string& text) {
-  const config::YamlNode plan = config::ParseYaml(text, "plan");
-  const auto trials = plan.Find("trials");
-  return trials && trials->Text() ? config::ParseYaml(*trials->Text(), "plan") : plan;
-}
-
 // Lines of a name and a digest.
 std::string CodeDifference(const std::string& before, const std::string& now) {
   std::istringstream lines(before);
@@ -132,7 +126,8 @@ std::string ChangeOf(const StoreHeader& before, const StoreHeader& now) {
   if (before.build != now.build) return "the builds differ: " + before.build + " and " + now.build;
   if (std::string code = CodeDifference(before.code, now.code); !code.empty()) return code;
   try {
-    const config::YamlNode was = TrialsIn(before.plan), is = TrialsIn(now.plan);
+    const config::YamlNode was = config::ParseYaml(before.plan, "plan"),
+                           is = config::ParseYaml(now.plan, "plan");
     for (const char* key : {"master_seed", "common_seeds"})
       if (was.Find(key) && is.Find(key))
         if (const std::string difference =
@@ -169,9 +164,13 @@ Cell ValueOf(const Parameter& parameter) {
         keys.insert(doc.key);
     return keys;
   }();
-  const std::optional<double> number = report::NumberIn(parameter.value);
-  return number && std::isfinite(*number) && !texts.contains(parameter.key) ? Cell(*number)
-                                                                            : Cell(parameter.value);
+  const std::string& text = parameter.value;
+  const std::optional<double> number = report::NumberIn(text);
+  if (!number || !std::isfinite(*number) || texts.contains(parameter.key)) return text;
+  int64_t whole = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), whole);
+  if (error == std::errc() && end == text.data() + text.size()) return whole;
+  return *number;
 }
 
 template <class Act>

@@ -28,7 +28,7 @@ namespace turbidock::batch {
 
 class RunLock;
 
-inline constexpr int kStoreSchema = 6;
+inline constexpr int kStoreSchema = 7;
 
 // What a file holds the results of.
 struct StoreHeader {

@@ -227,7 +227,7 @@ report::Panel SuccessPanel(const report::Quantity& x, const std::vector<SuccessC
   const double margin = high > low ? 0.03 * (high - low) : 1;
   report::Panel panel{.title = "Docked",
                       .x = {x.Title(), low - margin, high + margin},
-                      .y = {"docked, %", -3, 103},
+                      .y = {"success, %", -3, 103},
                       .rules = {{50}},
                       .legend = true};
   const double middle = (static_cast<double>(curves.size()) - 1) / 2;
@@ -237,7 +237,7 @@ report::Panel SuccessPanel(const report::Quantity& x, const std::vector<SuccessC
     const auto rate = [&](const SuccessPoint& p) {
       return report::SampleWithin(x.factor * p.x + shift, p.trials.rate(), p.trials.wilson, 100);
     };
-    panel.series.push_back({curve.name.empty() ? "docked" : curve.name,
+    panel.series.push_back({curve.name.empty() ? "success" : curve.name,
                             report::SamplesOf(curve.points, rate), report::CurveColor(i),
                             report::Mark::kBars});
   }

@@ -28,8 +28,8 @@ const std::map<std::string, std::pair<const char*, const char*>> kExamples = {
     {"merge",
      {"merge all.db part1.db part2.db", "merge --complete all.db part1.db part2.db part3.db"}},
     {"recognize",
-     {"recognize --marker active --milk 0,10,20 --distances 400,600",
-      "recognize --workers 4 --figure recognition.png"}},
+     {"recognize recognition_active --seconds 5 --out cells.db",
+      "recognize recognition_passive --workers 4 --figure recognition.png"}},
     {"replay", {"replay sweep.db 17", "replay sweep.db 17 --no-video --out trial-17"}},
     {"report", {"report sweep.db --out sweep.html", "report out --out trial.html"}},
     {"run",
@@ -80,9 +80,13 @@ const std::pair<std::string, const char*> kReplaced[] = {
     {"estimate --csv", "its records in --json, one a frame"},
     {"estimate --wall-clock", "--set estimator.generations_per_frame=20"},
     {"recognize --csv", "its cells in --json"},
-    {"calibrate --seconds", "turbidock recognize --table FILE with the values found"},
+    {"recognize --marker --distances --milk",
+     "a plan: turbidock recognize recognition_active, or a copy of it with fewer cells"},
+    {"recognize --table", "--active FILE or --passive FILE"},
+    {"calibrate --seconds", "turbidock recognize PLAN --gains FILE with the values found"},
     {"compare-estimators",
-     "turbidock recognize --set pose_estimator=NAME, once for each; right and wrong_and_sure in "
+     "turbidock recognize PLAN --set pose_estimator=NAME, once for each; right and wrong_and_sure "
+     "in "
      "--json"},
 };
 

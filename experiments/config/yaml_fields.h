@@ -32,10 +32,6 @@
 
 namespace turbidock::config {
 
-// Where each value was last set: dotted key (and that of each group) -> "FILE:LINE: " or "--set ".
-// A key that is absent has its default.
-using Origins = std::map<std::string, std::string, std::less<>>;
-
 // "key.path=value" of --set; the value is YAML in one line, a list element is key.path[0] or
 // key.path.0.
 Assignment ParseAssignment(const std::string& text);
@@ -204,11 +200,12 @@ void ReadFields(const YamlNode& node, T* object, Origins* origins,
   internal::ReadGroup(node, GroupOf(object), origins, read_elsewhere);
 }
 
-// Runs the ranges and Check of the whole object; to be called after the last layer.
+// Runs the ranges and Check of the whole object, which is at this path of its document; to be
+// called after the last layer.
 template <HasFields T>
-void CheckSettings(const T& object, const Origins& origins) {
+void CheckSettings(const T& object, const Origins& origins, const std::string& path = "") {
   try {
-    CheckFields(object, "");
+    CheckFields(object, path);
   } catch (const ConfigError& error) {
     internal::ThrowWithOrigin(error, origins);
   }
@@ -224,7 +221,7 @@ Origins SetLayers(const std::vector<Assignment>& layers, T* object, GivenKeys* g
 template <HasFields T>
 Origins ReadLayers(const std::vector<Assignment>& layers, T* object, GivenKeys* given = nullptr) {
   Origins origins = SetLayers(layers, object, given);
-  CheckSettings(*object, origins);
+  CheckSettings(*object, given ? given->origins : origins);
   return origins;
 }
 

@@ -426,6 +426,8 @@ Origins ReadLayersOf(const std::vector<Assignment>& layers, const GroupRef& grou
                                              layer.key, layer.value.OneLine(), key, text));
     if (given && !layer.key.empty()) given->keys.push_back(layer.key);
   }
+  if (given)
+    for (const auto& [key, where] : origins) given->origins[key] = where;
   return origins;
 }
 

@@ -18,7 +18,6 @@
 #include "experiments/studies/dataset/dataset.h"
 #include "experiments/studies/gate/baseline.h"
 #include "experiments/studies/gate/gate.h"
-#include "experiments/studies/gate/gate_plan.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/motion.h"
@@ -195,9 +194,10 @@ std::string Batch(const GivenPlan& given, const std::string& out, int workers, b
 }
 
 // How many images are in the folder.
-int64_t Dataset(const GivenPlan& given, const std::string& out, int64_t pairs_per_shard, bool depth,
+int64_t Dataset(GivenPlan given, const std::string& out, int64_t pairs_per_shard, bool depth,
                 int workers, const py::object& progress) {
   if (pairs_per_shard < 1) throw py::value_error("pairs_per_shard must be at least 1");
+  given.overrides.refused = dataset::RefusedKeys();
   dataset::DatasetOptions options{
       .pairs_per_shard = pairs_per_shard, .depth = depth, .jobs = JobsOf(workers)};
   return Reporting(progress, [&](Reporter* reporter) {
@@ -241,23 +241,23 @@ std::string Gate(const std::string& file, const trial::Plugins& plugins,
                  const py::object& progress) {
   const batch::JobOptions jobs = JobsOf(workers);
   return Reporting(progress, [&](Reporter* reporter) -> std::string {
-    const gate::GatePlan plan =
-        gate::LoadGatePlan(file, plugins, config::ParseAssignments(assignments));
-    const gate::GateRunner runner = gate::MakeGateRunner(
-        plan, {.jobs = jobs, .time_limit_s = time_limit_s, .stop_requested = [=] {
-                 return reporter->stopped();
-               }});
-    const auto on_trial = [=](int done, int wanted) {
-      reporter->Show(static_cast<double>(done) / wanted, fmt::format("{} of {}", done, wanted));
-    };
+    const gate::Gate gate = gate::LoadGate(file, plugins, config::ParseAssignments(assignments));
+    const std::string& baseline = gate.settings.baseline;
+    if (update) system::RequireReplaceable(baseline, gate::kBaselineFile);
+    gate::GateRun run(gate, update ? std::nullopt : std::optional(gate::LoadBaseline(baseline)));
     try {
+      run.Run({.jobs = jobs,
+               .time_limit_s = time_limit_s,
+               .stop_requested = [=] { return reporter->stopped(); }},
+              nullptr, [=](const gate::GateProgress& now) {
+                reporter->Show(static_cast<double>(now.done) / static_cast<double>(now.least),
+                               fmt::format("{} of {}", now.done, now.least));
+              });
       if (update) {
-        const gate::Baseline now = gate::MeasureBaseline(plan, runner, on_trial);
-        system::WriteWhole(plan.baseline, gate::BaselineText(now));
-        return plan.baseline;
+        system::WriteWhole(baseline, gate::BaselineText(run.Measured()));
+        return baseline;
       }
-      const gate::GateReport report =
-          gate::RunGate(plan, gate::LoadBaseline(plan.baseline), runner, on_trial);
+      const gate::GateReport report = run.Report();
       return report::JsonText(report::Document(gate::ReportOf(report), report));
     } catch (const batch::Stopped&) {
       return "";

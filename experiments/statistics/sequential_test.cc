@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "experiments/statistics/intervals.h"
 #include "sim/base/check.h"
 
 namespace turbidock::statistics {
@@ -86,36 +85,6 @@ bool NetLossTest::Rejects(int pairs, int losses, int gains) const {
   double wealth = 0;  // of what rejects
   for (const Stake& stake : stakes_) wealth += std::exp(log_of(stake) - log_threshold_);
   return wealth >= 1;
-}
-
-PairedRateTest::PairedRateTest(double margin, double alpha, double beta, int max_pairs)
-    : fail_(alpha, max_pairs), pass_(margin, beta) {}
-
-std::optional<Verdict> PairedRateTest::Decide(int pairs, int losses, int gains) const {
-  if (fail_.Rejects(losses + gains, losses)) return Verdict::kFail;
-  if (pass_.Rejects(pairs, losses, gains)) return Verdict::kPass;
-  return std::nullopt;
-}
-
-double PairedRateTest::FailRate(double loss) const {
-  std::vector<double> paths = {1.0};  // by losses so far, of those without a verdict
-  double failed = 0;
-  for (int pairs = 1; pairs <= fail_.max_trials(); ++pairs) {
-    paths.push_back(0);
-    for (size_t losses = paths.size(); losses-- > 0;) {
-      double& p = paths[losses];
-      p = (1 - loss) * p + (losses > 0 ? loss * paths[losses - 1] : 0);
-      if (p < kNegligible) p = 0;
-      const auto verdict = Decide(pairs, static_cast<int>(losses), 0);
-      if (verdict == Verdict::kFail) failed += p;
-      if (verdict) p = 0;
-    }
-  }
-  return failed;
-}
-
-std::optional<double> PairedRateTest::LeastLossSeen(double power) const {
-  return LeastReaching(power, [this](double loss) { return FailRate(loss); });
 }
 
 }  // namespace turbidock::statistics

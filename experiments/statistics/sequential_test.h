@@ -12,7 +12,6 @@
 // bound on a martingale's maximum). I. Waudby-Smith and A. Ramdas, "Estimating means of bounded
 // random variables by betting", J. R. Stat. Soc. B 86 (2024) 1-27.
 
-#include <optional>
 #include <vector>
 
 #include "sim/base/fields.h"
@@ -72,24 +71,5 @@ constexpr auto Names(Verdict) {
   using enum Verdict;
   return EnumList<Verdict>({{kPass, "pass"}, {kFail, "fail"}, {kInconclusive, "inconclusive"}});
 }
-
-// Success rates of two builds on the same seeds: fails when more than half of the pairs that differ
-// are losses, passes when less than the margin is lost.
-class PairedRateTest {
- public:
-  PairedRateTest(double margin, double alpha, double beta, int max_pairs);
-
-  // Nothing while both are possible.
-  std::optional<Verdict> Decide(int pairs, int losses, int gains) const;
-  // How often it fails a build that does as the old one but for this share of the pairs, which it
-  // loses. Exact.
-  double FailRate(double loss) const;
-  // The least such loss that it fails with this probability, if there is one.
-  std::optional<double> LeastLossSeen(double power) const;
-
- private:
-  SignTest fail_;
-  NetLossTest pass_;
-};
 
 }  // namespace turbidock::statistics

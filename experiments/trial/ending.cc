@@ -144,7 +144,7 @@ std::optional<Ending> EndingRules::After(const FrameEvents& now) {
   if (now.stop_requested)
     return Ending{Outcome::kInterrupted, fmt::format("stopped at {:.1f} s", now_s)};
   if (docked_frame_) {
-    if (now.frame + 1 - *docked_frame_ >= hold_frames_) return Ending{Outcome::kDocked, ""};
+    if (now.frame + 1 - *docked_frame_ >= hold_frames_) return Ending{Outcome::kSuccess, ""};
   } else if (now.frame + 1 >= last_frame_) {
     return Ending{Outcome::kTimeout, ""};
   }
@@ -153,14 +153,14 @@ std::optional<Ending> EndingRules::After(const FrameEvents& now) {
 
 std::string ReasonOf(const Ending& ending, const Scenario& scenario, const TrialResult& result,
                      const control::Directive& directive) {
-  if (ending.outcome == Outcome::kDocked) return DockedReason(result);
+  if (ending.outcome == Outcome::kSuccess) return DockedReason(result);
   if (ending.outcome == Outcome::kTimeout) return TimeoutReason(scenario, result, directive);
   return ending.reason;
 }
 
 Failure FailureOf(const Scenario& scenario, const TrialResult& result) {
   static const std::map<Outcome, Failure> kAsItEnded = {
-      {Outcome::kDocked, Failure::kNone},       {Outcome::kInterrupted, Failure::kNone},
+      {Outcome::kSuccess, Failure::kNone},      {Outcome::kInterrupted, Failure::kNone},
       {Outcome::kDiverged, Failure::kDiverged}, {Outcome::kCollision, Failure::kCollision},
       {Outcome::kCrashed, Failure::kCrashed},   {Outcome::kHung, Failure::kHung}};
   if (result.outcome == Outcome::kCollision &&

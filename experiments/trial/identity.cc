@@ -4,20 +4,40 @@
 #include <filesystem>
 #include <map>
 #include <tuple>
+#include <vector>
 
 #include "experiments/config/yaml_fields.h"
 #include "sim/base/digest.h"
 
 namespace turbidock::trial {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The folder that all own files are in: below it their places count, it itself may be anywhere.
+fs::path CommonFolder(const std::vector<ModelFile>& files) {
+  fs::path common;
+  for (const ModelFile& file : files) {
+    if (!fs::path(file.file).is_absolute()) continue;
+    if (common.empty()) common = fs::path(file.file).parent_path();
+    while (!file.file.starts_with((common / "").string()) && common != common.root_path())
+      common = common.parent_path();
+  }
+  return common;
+}
+
+}  // namespace
 
 std::string IdentityOf(const Scenario& scenario, const std::string& program,
                        const std::string& renderer) {
   Scenario anywhere = scenario;
   anywhere.description.clear();
+  const fs::path folder = CommonFolder(anywhere.model_files);
   std::map<std::string, std::string> contents;
   for (ModelFile& file : anywhere.model_files) {
     contents[file.file] = file.content;
-    file.file = std::filesystem::path(file.file).filename();
+    if (const fs::path path = file.file; path.is_absolute())
+      file.file = path.lexically_relative(folder);
   }
   std::ranges::sort(anywhere.model_files, {},
                     [](const ModelFile& file) { return std::tie(file.file, file.content); });
@@ -35,6 +55,11 @@ std::string IdentityOf(const Scenario& scenario, const std::string& program,
 void RequireSameFiles(const Scenario& scenario) {
   if (const std::string changed = ChangedModels(scenario); !changed.empty())
     throw ConfigError(changed);
+  // One that has appeared takes the place of another.
+  for (const ModelFile& now : ModelFilesOf(scenario))
+    if (!scenario.model_files.empty() &&
+        std::ranges::count(scenario.model_files, now.file, &ModelFile::file) == 0)
+      throw ConfigError(now.file + " was not there when the trials were begun");
 }
 
 }  // namespace turbidock::trial

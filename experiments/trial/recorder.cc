@@ -172,8 +172,8 @@ TrialResult TrialRecorder::Finish(const vehicle::Plant& plant, const control::Di
   result_.energy = plant.energy();
   Summarise();
   result_.reason = ReasonOf(ending, scenario_, result_, directive);
-  result_.outcome = ending.outcome == Outcome::kDocked && !result_.inserted ? Outcome::kFalseDock
-                                                                            : ending.outcome;
+  result_.outcome = ending.outcome == Outcome::kSuccess && !result_.inserted ? Outcome::kFalseDock
+                                                                             : ending.outcome;
   result_.failure = FailureOf(scenario_, result_);
   result_.digest = digest_.Hex();
   result_.wall_time_s =

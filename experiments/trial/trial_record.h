@@ -55,7 +55,7 @@ struct TrialLog {
 
 // How a trial ended. The first two meet the published criterion on the estimate.
 enum class Outcome {
-  kDocked,       // and the pole is in the hole
+  kSuccess,      // and the pole is in the hole
   kFalseDock,    // but the pole is not in the hole
   kTimeout,      // the time was up
   kMarkerLost,   // the marker was found once and then lost for too long
@@ -69,7 +69,7 @@ enum class Outcome {
 };
 constexpr auto Names(Outcome) {
   using enum Outcome;
-  return EnumList<Outcome>({{kDocked, "docked"},
+  return EnumList<Outcome>({{kSuccess, "success"},
                             {kFalseDock, "false_dock"},
                             {kTimeout, "timeout"},
                             {kMarkerLost, "marker_lost"},
@@ -82,8 +82,8 @@ constexpr auto Names(Outcome) {
 }
 
 // Why a trial did not dock: one word a trial, for tables of many. A trial succeeds when its outcome
-// is `docked`: the criterion was met and the pole is in the hole. Otherwise the first of these that
-// applies, in this order.
+// is `success`: the criterion was met and the pole is in the hole. Otherwise the first of these
+// that applies, in this order.
 enum class Failure {
   kNone,
   kDiverged,    // the physics gave no usable state

@@ -58,7 +58,7 @@ class BatchReport : public ::testing::Test {
       trial::TrialRecord& r = trial.record;
       r.seed = i;
       r.docked = r.inserted = milk < 40;
-      r.outcome = r.docked ? trial::Outcome::kDocked : trial::Outcome::kCollision;
+      r.outcome = r.docked ? trial::Outcome::kSuccess : trial::Outcome::kCollision;
       r.failure = r.docked ? trial::Failure::kNone : trial::Failure::kCollision;
       r.time_s = 10 + static_cast<double>(i % 8);
       r.final_error_true.y_m = 0.003;
@@ -85,7 +85,7 @@ TEST_F(BatchReport, SaysHowFarItIsAndWhatCameOut) {
   EXPECT_THAT(text, HasSubstr("partial: murky\n"));
   EXPECT_THAT(text, HasSubstr("written by test 1. Not running: start it again to finish it."));
   EXPECT_THAT(text, ContainsRegex("trials +24 of 32\n"));
-  EXPECT_THAT(text, ContainsRegex("docked +50 % \\[31, 69\\]"));
+  EXPECT_THAT(text, ContainsRegex("success +50 % \\[31, 69\\]"));
   EXPECT_THAT(text, ContainsRegex("true error when docked +y 3.0, z 0.0 mm"));
   EXPECT_THAT(text, ContainsRegex("failures +12 collision\n"));
   EXPECT_THAT(text, HasSubstr("pid falls to 50 % at 30 ["));

@@ -22,7 +22,7 @@ StoredTrial Trial(int64_t seed, bool failed, const std::vector<Parameter>& param
   trial::TrialRecord& r = trial.record;
   r.seed = seed;
   r.docked = r.inserted = !failed;
-  r.outcome = failed ? trial::Outcome::kTimeout : trial::Outcome::kDocked;
+  r.outcome = failed ? trial::Outcome::kTimeout : trial::Outcome::kSuccess;
   r.failure = failed ? trial::Failure::kTimeout : trial::Failure::kNone;
   return trial;
 }

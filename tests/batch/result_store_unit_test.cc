@@ -41,7 +41,8 @@ StoredTrial Trial(int64_t trial, const std::string& milk, trial::Failure failure
       trial, trial / 2, trial % 2, {{"water.milk_ml_m3", milk}, {"sea.state", "calm"}}, {}};
   trial::TrialRecord& r = stored.record;
   r.seed = 0x7fffffffffffffff - trial;  // more digits than a double has
-  r.outcome = failure == trial::Failure::kNone ? trial::Outcome::kDocked : trial::Outcome::kTimeout;
+  r.outcome =
+      failure == trial::Failure::kNone ? trial::Outcome::kSuccess : trial::Outcome::kTimeout;
   r.failure = failure;
   r.reason = "said \"why\", and\nhow";
   r.docked = r.inserted = failure == trial::Failure::kNone;
@@ -227,7 +228,7 @@ TEST_F(Store, RefusesAnotherVersionOfTheSchema) {
   const std::string file = File("a.db");
   ResultStore::Write(file, Header());
   SQLite::Database(file, SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 2");
-  EXPECT_EQ(Refusal(file, Header()), file + ": has schema version 2, this program reads 6");
+  EXPECT_EQ(Refusal(file, Header()), file + ": has schema version 2, this program reads 7");
 }
 
 TEST_F(Store, RefusesSeriesThatCannotBe) {
@@ -352,7 +353,14 @@ TEST_F(Store, KeepsTheTypeOfAParameter) {
     trial.trial = 2;
     trial.parameters = {{"water.milk_ml_m3", "nan"}, {"description", "nan"}};
     store.Add(trial);
+    trial.trial = 3;
+    trial.parameters = {{"water.milk_ml_m3", "7"}, {"description", "7"}};
+    store.Add(trial);
   }
+  SQLite::Database db(file);
+  EXPECT_EQ(
+      db.execAndGet("SELECT group_concat(typeof(\"water.milk_ml_m3\")) FROM trials").getString(),
+      "real,text,integer");
   const std::vector<StoredTrial> trials = ResultStore::Read(file).Trials();
   EXPECT_EQ(trials[0].parameters[0].value, "100");
   EXPECT_EQ(trials[0].parameters[1].value, "1e5");
@@ -418,7 +426,7 @@ TEST_F(Store, AsCsvItHasOneRowATrial) {
   const std::string csv = store.Csv();
   EXPECT_THAT(csv, ::testing::StartsWith("trial,cell,sample,water.milk_ml_m3,sea.state,outcome,"
                                          "failure,reason,docked,inserted,time_s,"));
-  EXPECT_THAT(csv, HasSubstr("\n1,0,1,7,calm,docked,none,\"said \"\"why\"\", and\nhow\",1,1,1.3"));
+  EXPECT_THAT(csv, HasSubstr("\n1,0,1,7,calm,success,none,\"said \"\"why\"\", and\nhow\",1,1,1.3"));
   EXPECT_THAT(csv, HasSubstr(",9223372036854775806,d1\n2,1,0,\"[0, 1]\",calm,timeout,timeout,"));
   EXPECT_THAT(csv, Not(HasSubstr("wall_time_s")));
   EXPECT_THAT(store.Csv(/*timing=*/true), HasSubstr(",wall_time_s,cpu_time_s,rss_bytes,log"));

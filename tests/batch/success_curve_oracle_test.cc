@@ -22,7 +22,7 @@ StoredTrial Trial(const std::string& milk, const std::string& marker, double off
   trial.parameters = {{"water.milk_ml_m3", milk}, {"scenario", marker}};
   trial::TrialRecord& r = trial.record;
   const bool docked = off_m >= 0;
-  r.outcome = docked ? trial::Outcome::kDocked : trial::Outcome::kTimeout;
+  r.outcome = docked ? trial::Outcome::kSuccess : trial::Outcome::kTimeout;
   r.failure = docked ? trial::Failure::kNone : trial::Failure::kTimeout;
   r.docked = r.inserted = docked;
   // off along all axes, and both off the desired pose

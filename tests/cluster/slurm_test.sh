@@ -161,28 +161,27 @@ PLAN
 cat >"$folder/study.yaml" <<'STUDY'
 schema_version: 1
 description: two gains
-trials:
-  scenario: sea_night_active
-  seeds: 12
-  set: {pose_source: true_pose, controller: lqg, duration_s: 60}
-gains:
-  - {key: lqg.sway.effort_share, low: 0.1, high: 2, scale: log}
-  - {key: lqg.yaw.error_rad, low: 0.02, high: 0.3, scale: log}
-objective:
-  - {metric: time_s, weight: 1, failed: 60}
-success_at_least: 0.5
-optimiser: {population: 6, generations: 3}
-proof: {held_out_seeds: 12, cameras: false}
+scenario: sea_night_active
+seeds: 12
+set: {pose_source: true_pose, controller: lqg, duration_s: 60}
+tuning:
+  gains:
+    - {key: lqg.sway.effort_share, low: 0.1, high: 2, scale: log}
+    - {key: lqg.yaw.error_rad, low: 0.02, high: 0.3, scale: log}
+  objective:
+    - {metric: time_s, weight: 1, failed: 60}
+  success_at_least: 0.5
+  optimiser: {population: 6, generations: 3}
+  proof: {held_out_seeds: 12, cameras: false}
 STUDY
 cat >"$folder/gate.yaml" <<'GATE'
 schema_version: 1
 description: a calm and a moderate sea
-baseline: gate.baseline.yaml
-max_trials: 40
-margins: {success_rate: 0.2}
-conditions:
-  - {name: calm, scenario: sea_night_active, set: {pose_source: true_pose}}
-  - {name: moderate, scenario: sea_night_active, set: {pose_source: true_pose, sea.state: moderate}}
+scenario: sea_night_active
+set: {pose_source: true_pose}
+seeds: 40
+cases: {calm: {}, moderate: {sea.state: moderate}}
+gate: {baseline: gate.baseline.yaml, margins: {success_rate: 0.2}}
 GATE
 
 # on_slurm NAME ARGUMENTS...: the program in the background, three tasks at a time; its words in NAME.said.log
@@ -287,12 +286,23 @@ same "$folder/again.csv" "$folder/batch_alone.csv" "batch --slurm with a requeue
 echo "batch: a requeued task went on ($took s, with the two minutes that Slurm makes it wait)"
 
 # cells and sets of values instead of trials
-cells=(recognize --marker active --distances 600 --milk 0,40,80 --seconds 0.2 --json --quiet)
+cat >"$folder/cells.yaml" <<'CELLS'
+schema_version: 1
+scenario: pool_active
+set: {model: tank_active.xml, optics: published, start: {lateral_m: 0, vertical_m: 0, heading_rad: 0, distance_min_m: 0.6, distance_max_m: 0.6}}
+grid: {water.milk_ml_m3: [0, 40, 80]}
+CELLS
+cells=(recognize "$folder/cells.yaml" --seconds 0.2 --json --quiet)
 "$turbidock" "${cells[@]}" >"$folder/cells_alone.json" || fail "turbidock recognize"
 cd "$folder" || exit 1
 on_slurm cells "${cells[@]}"
 ends cells 0
 same "$folder/cells.out" "$folder/cells_alone.json" "recognize --slurm"
+images=(dataset "$folder/cells.yaml" --pairs-per-shard 1 --quiet)
+"$turbidock" "${images[@]}" --out "$folder/images_alone" || fail "turbidock dataset"
+on_slurm images "${images[@]}" --out "$folder/images"
+ends images 0
+diff -r "$folder/images" "$folder/images_alone" >/dev/null || fail "dataset --slurm makes other images"
 printf 'milk_ml_m3,distance_mm,fitness_mean\n0,600,0.8\n60,600,0.3\n' >"$folder/table.csv"
 cat >"$folder/calibration.yaml" <<'CALIBRATION'
 frames: 1
@@ -312,7 +322,7 @@ same "$folder/fit.yaml" "$folder/fit_alone.yaml" "calibrate --slurm"
 [ ! -e "$folder/fit.yaml.slurm" ] || fail "calibrate --slurm leaves its folder"
 echo "calibrate: as on one machine ($took s)"
 [ -z "$(ls -d "$folder"/turbidock-*.slurm 2>/dev/null)" ] || fail "a folder is left"
-echo "recognize: as on one machine"
+echo "recognize, dataset: as on one machine"
 
 # What an array costs: three trials of a tenth of a second, five times, here and there.
 sed 's/seeds: 40/seeds: 3/; s/duration_s: 60/duration_s: 0.1/; /^grid/d' "$folder/plan.yaml" >"$folder/short.yaml"

@@ -15,6 +15,7 @@ namespace turbidock::command {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 
 class FilesOfOthers : public ::testing::Test {
@@ -41,6 +42,7 @@ TEST_F(FilesOfOthers, APlanNamesModelsThatStandBesideIt) {
     arguments.plan = File("plan.yaml", "schema_version: 1\nscenario: pool_active\n" + keys);
     const batch::Plan plan = arguments.Load();
     EXPECT_EQ(plan.ScenarioOf(plan.Trial(0)).station_model, (folder_ / "mine.xml").string());
+    EXPECT_THAT(plan.files(), Contains((folder_ / "mine.xml").string()));  // not to write over
   }
   arguments.plan = File("plan.yaml",
                         "schema_version: 1\nscenario: pool_active\n"
@@ -59,6 +61,7 @@ TEST_F(FilesOfOthers, GainsAreReadOverAPlanAndUnderSet) {
   const trial::Scenario scenario = plan.ScenarioOf(plan.Trial(0));
   EXPECT_EQ(scenario.procedure.docking_rate_mps, 0.02);
   EXPECT_EQ(scenario.procedure.enter_x_m, 0.03);
+  EXPECT_THAT(plan.files(), Contains(arguments.gains));
   arguments.gains = File("g.yaml", "procedure:\n  docking_rate_mps: fast\n");
   EXPECT_THAT(testing::MessageOf([&] { arguments.Load(); }),
               HasSubstr("g.yaml:2: procedure.docking_rate_mps = 'fast', must be a number"));

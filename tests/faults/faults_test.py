@@ -44,26 +44,24 @@ set: {pose_source: true_pose, controller: pid, duration_s: 60, docked_hold_s: 60
 """,
     'study.yaml': """schema_version: 1
 description: a try-out
-trials:
-  scenario: sea_night_active
-  seeds: 2
-  set: {pose_source: true_pose, controller: pid, duration_s: 5}
-gains:
-  - {key: pid.sway.kp_per_s2, low: 0.4, high: 42, scale: log}
-objective:
-  - {metric: final_error_true_y_m, weight: 500}
-success_at_least: 0
-start_may_fail: true
-optimiser: {population: 5, generations: 3}
-proof: {held_out_seeds: 2, cameras: false}
+scenario: sea_night_active
+seeds: 2
+set: {pose_source: true_pose, controller: pid, duration_s: 5}
+tuning:
+  gains:
+    - {key: pid.sway.kp_per_s2, low: 0.4, high: 42, scale: log}
+  objective:
+    - {metric: final_error_true_y_m, weight: 500}
+  success_at_least: 0
+  start_may_fail: true
+  optimiser: {population: 5, generations: 3}
+  proof: {held_out_seeds: 2, cameras: false}
 """,
     'gate.yaml': """schema_version: 1
 description: short trials
-baseline: gate.baseline.yaml
-max_trials: 8
-margins: {success_rate: 0.5}
-conditions:
-  - {name: short, scenario: short.yaml}
+scenario: short.yaml
+seeds: 8
+gate: {baseline: gate.baseline.yaml, margins: {success_rate: 0.5}}
 """,
     'short.yaml': """schema_version: 1
 description: short
@@ -77,9 +75,14 @@ cell_share: 1
 parameters:
   - {key: water.scattering_scale, low: 0.55, high: 1.1, start: 1, source: a try-out}
 """,
+    'cells.yaml': """schema_version: 1
+scenario: pool_active
+set: {model: tank_active.xml, optics: published, start: {lateral_m: 0, vertical_m: 0, heading_rad: 0, distance_min_m: 0.6, distance_max_m: 0.6}}
+grid: {water.milk_ml_m3: [0, 20]}
+""",
     'table.csv': 'milk_ml_m3,distance_mm,fitness_mean\n0,600,0.8\n60,600,0.3\n',
 }
-RECOGNIZE = ['recognize', '--marker', 'active', '--distances', '600', '--milk', '0,20', '--seconds', '0.5']
+RECOGNIZE = ['recognize', 'cells.yaml', '--seconds', '0.5']
 CALIBRATE = ['calibrate', '--plan', 'calibration.yaml', '--active', 'table.csv', '--passive', 'table.csv',
              '--generations', '1']
 SEEN = ['run', 'sea_night_active', '--set', 'duration_s=0.5']  # by cameras

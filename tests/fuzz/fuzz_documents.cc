@@ -27,7 +27,7 @@ void Read(char kind, const std::string& file) {
       tuning::LoadStudy(file);
       break;
     case 't':
-      gate::LoadGatePlan(file);
+      gate::LoadGate(file);
       break;
     case 'b': {
       const gate::Baseline baseline = gate::LoadBaseline(file);

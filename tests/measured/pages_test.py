@@ -64,16 +64,16 @@ class Outcomes(unittest.TestCase):
 
     def test_are_counted_by_group(self):
         fault = "{images: [{kind: late, late_images: 6, begin_s: 6}]}"
-        code, lines = self.rows_of([(0, 0, "{}", "docked", "none", 10, "in", 1), (1, 0, fault, "docked", "none", 12, "in", 1),
+        code, lines = self.rows_of([(0, 0, "{}", "success", "none", 10, "in", 1), (1, 0, fault, "success", "none", 12, "in", 1),
                                     (1, 1, fault, "timeout", "oscillation", 45, "late", 0)])
         self.assertEqual(code, 0)
         self.assertIn("# build: abc", lines)
-        self.assertEqual(lines[-2:], ["none,1 docked,1 none,10.0,",
-                                      '"images: kind late, late_images 6, begin_s 6","1 docked, 1 timeout",'
+        self.assertEqual(lines[-2:], ["none,1 success,1 none,10.0,",
+                                      '"images: kind late, late_images 6, begin_s 6","1 success, 1 timeout",'
                                       '"1 none, 1 oscillation",28.5,late'])
 
     def test_false_dock_is_an_error(self):
-        self.assertEqual(self.rows_of([(0, 0, "{}", "docked", "none", 10, "beside", 0)])[0], 1)
+        self.assertEqual(self.rows_of([(0, 0, "{}", "success", "none", 10, "beside", 0)])[0], 1)
 
 
 class Page(unittest.TestCase):

@@ -11,7 +11,7 @@ cd "$folder"
 quick=(--set pose_source=true_pose --set controller=damped_p)
 
 "$program" list keys | grep 'damped_p.gain_newton_per_m' >/dev/null
-"$program" run pool_active "${quick[@]}" --seed 3 --out run --expect docked --quiet
+"$program" run pool_active "${quick[@]}" --seed 3 --out run --expect success --quiet
 grep -q 'controller: damped_p' run/resolved.yaml
 "$program" run run/resolved.yaml --json --quiet >again.json
 cmp <(grep '"digest"' run/result.json) <(grep '"digest"' again.json)
@@ -23,17 +23,21 @@ grep -q 'did you mean gain_newton_per_m' error.txt
 "$program" replay batch.db 0 --out replay --no-video --quiet
 "$program" report batch.db --out batch.html
 "$program" step-response pool_active --set controller=damped_p --axis y --json --quiet | grep damped_p >/dev/null
-"$program" recognize --marker active --set pose_estimator=cautious --set cautious.largest_jump_m=0.2 --distances 600 \
-  --milk 0 --seconds 0.2 --json --quiet | grep '"right": 1' >/dev/null
+cat >cells.yaml <<'CELLS'
+schema_version: 1
+scenario: pool_active
+set: {model: tank_active.xml, optics: published, start: {lateral_m: 0, vertical_m: 0, heading_rad: 0, distance_min_m: 0.6, distance_max_m: 0.6}}
+grid: {water.milk_ml_m3: [0]}
+CELLS
+"$program" recognize cells.yaml --set pose_estimator=cautious --set cautious.largest_jump_m=0.2 --seconds 0.2 --json --quiet | grep '"right": 1' >/dev/null
 
 cat >gate.yaml <<'GATE'
 schema_version: 1
 description: damped_p in the pool
-baseline: gate.baseline.yaml
-max_trials: 20
-margins: {success_rate: 0.4}
-conditions:
-  - {name: pool, scenario: pool_active, set: {pose_source: true_pose, controller: damped_p}}
+scenario: pool_active
+set: {pose_source: true_pose, controller: damped_p}
+seeds: 20
+gate: {baseline: gate.baseline.yaml, margins: {success_rate: 0.4}}
 GATE
 "$program" gate gate.yaml --update --workers 2 --quiet
 "$program" gate gate.yaml --workers 2 --quiet --out gate
@@ -41,16 +45,16 @@ GATE
 cat >study.yaml <<'STUDY'
 schema_version: 1
 description: damped_p in the pool
-trials:
-  scenario: pool_active
-  set: {controller: damped_p, pose_source: true_pose, duration_s: 20}
-  seeds: 2
-gains:
-  - {key: damped_p.gain_newton_per_m, low: 10, high: 160, scale: log}
-objective:
-  - {metric: time_s, weight: 1, failed: 60}
-optimiser: {population: 5, generations: 1}
-proof: {held_out_seeds: 2, cameras: false}
+scenario: pool_active
+set: {controller: damped_p, pose_source: true_pose, duration_s: 20}
+seeds: 2
+tuning:
+  gains:
+    - {key: damped_p.gain_newton_per_m, low: 10, high: 160, scale: log}
+  objective:
+    - {metric: time_s, weight: 1, failed: 60}
+  optimiser: {population: 5, generations: 1}
+  proof: {held_out_seeds: 2, cameras: false}
 STUDY
 "$program" tune study.yaml --out tune --workers 2 --quiet
 grep -q 'controller: damped_p' tune/gains.yaml

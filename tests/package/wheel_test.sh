@@ -20,6 +20,6 @@ begin=$SECONDS
 as_user "python3 -m venv venv && venv/bin/pip install -q ./$(basename "$wheel")"
 as_user 'venv/bin/turbidock run pool_active --json --quiet' >"$folder/wheel.json"
 echo "installed and docked in $((SECONDS - begin)) s"
-grep -q '"outcome": "docked"' "$folder/wheel.json"
+grep -q '"outcome": "success"' "$folder/wheel.json"
 as_user "venv/bin/python -c 'import turbidock; print(turbidock.run(\"pool_active\").digest)'" >"$folder/wheel.digest"
 grep -qF "\"digest\": \"$(cat "$folder/wheel.digest")\"" "$folder/wheel.json"

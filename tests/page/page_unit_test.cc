@@ -300,7 +300,7 @@ TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
     trial.parameters = plan.Trial(i).parameters;
     trial.record = result;
     trial.record.seed = 9223372036854775807;
-    trial.record.outcome = i == 2 ? trial::Outcome::kTimeout : trial::Outcome::kDocked;
+    trial.record.outcome = i == 2 ? trial::Outcome::kTimeout : trial::Outcome::kSuccess;
     trial.record.failure = i == 2 ? trial::Failure::kTimeout : trial::Failure::kNone;
     if (i > 0) trial.series = trial::Series::Of(result.log);
     store.Add(trial);
@@ -314,7 +314,7 @@ TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
   EXPECT_EQ(page.model["series_trials"].dump(), "[2,1,3]");
   EXPECT_TRUE(page.has_3d);
   // the report beside them: by the grid
-  EXPECT_EQ(page.model["report"]["facts"][1]["label"], "docked");
+  EXPECT_EQ(page.model["report"]["facts"][1]["label"], "success");
   EXPECT_EQ(page.model["report"]["sections"][0]["table"]["rows"].size(), 2u);
   // no room: the series of none
   const Page small = BatchPage(store, "b.db", {.series_bytes = 10});
@@ -349,7 +349,7 @@ TEST_F(PageFiles, ADocumentIsShownByItselfOrInItsFolder) {
   EXPECT_EQ(ResultPage(Path("x.json")).model["title"], "night");
   File("study/report.json", text);
   EXPECT_EQ(ResultPage(Path("study")).model["kind"], "report");
-  File("trial.json", R"({"outcome": "docked"})");
+  File("trial.json", R"({"outcome": "success"})");
   EXPECT_THAT(MessageOf([&] { ResultPage(Path("trial.json")); }),
               HasSubstr("trial.json: is one trial's result; give the folder that it is in"));
   File("list.json", "[1]");

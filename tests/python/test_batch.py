@@ -78,11 +78,10 @@ def test_a_gate_judges_a_law_in_python(tmp_path):
     gate = tmp_path / "gate.yaml"
     gate.write_text("""schema_version: 1
 description: the pool
-baseline: gate.baseline.yaml
-max_trials: 12
-margins: {success_rate: 0.5}
-conditions:
-  - {name: pool, scenario: pool_active, set: {pose_source: true_pose}}
+scenario: pool_active
+set: {pose_source: true_pose}
+seeds: 12
+gate: {baseline: gate.baseline.yaml, margins: {success_rate: 0.5}}
 """)
     turbidock.gate(str(gate), workers=2, update=True)
     assert turbidock.gate(str(gate), workers=2)["verdict"] == "pass"
@@ -99,11 +98,10 @@ def test_a_gate_judges_an_estimator_in_python(tmp_path):
     gate = tmp_path / "gate.yaml"
     gate.write_text("""schema_version: 1
 description: the pool
-baseline: gate.baseline.yaml
-max_trials: 12
-margins: {success_rate: 0.5}
-conditions:
-  - {name: pool, scenario: pool_active, set: {pose_source: true_pose}}
+scenario: pool_active
+set: {pose_source: true_pose}
+seeds: 12
+gate: {baseline: gate.baseline.yaml, margins: {success_rate: 0.5}}
 """)
     turbidock.gate(str(gate), workers=2, update=True)
     seen = {"pose_source": "cameras", "duration_s": 0.3}

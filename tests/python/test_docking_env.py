@@ -157,7 +157,7 @@ def test_a_policy_docks_through_the_cameras_and_sees_the_last_image():
     env = gymnasium.make("turbidock/Docking-v0", scenario="pool_active",
                          observe=("estimate", "images"))
     end = episode(env, lambda seen: act(seen["estimate"]), options={"seed": 2})
-    assert end["outcome"] == "docked"
+    assert end["outcome"] == "success"
     assert end["last"]["images"].shape == (2, 480, 640, 3)
 
 

@@ -158,7 +158,7 @@ def test_stages_reasons_and_the_outcome_are_log_messages(docked):
     assert len(record["transitions"]) == 3
     for change in record["transitions"]:
         assert (round(1e9 * change["frame"] / fps), f"{change['from']} -> {change['to']}: {change['reason']}") in said
-    assert said[-1][1] == f"docked: {record['reason']}" and len(said) == 2 + 3
+    assert said[-1][1] == f"success: {record['reason']}" and len(said) == 2 + 3
     assert [m.level for _, _, m in found] == [2] * 5  # INFO
 
 

@@ -126,7 +126,7 @@ std::string ProblemOf(const Json& document) {
 TEST(ReportIn, RefusesWhatAPageCouldNotDraw) {
   const Json sound = Document(Example(), Json::object());
   EXPECT_EQ(ProblemOf(sound), "");
-  EXPECT_THAT(ProblemOf({{"outcome", "docked"}}), StartsWith("x.json: is no result"));
+  EXPECT_THAT(ProblemOf({{"outcome", "success"}}), StartsWith("x.json: is no result"));
   EXPECT_THAT(ProblemOf(Json::array({1})), StartsWith("x.json: is no result"));
   EXPECT_THAT(ProblemOf(5), StartsWith("x.json: is no result"));
   Json newer = sound;

@@ -144,18 +144,18 @@ TEST_P(EveryKey, IsSetByCasesOrStrataOfAPlan) {
 
 // Of each key one value with either base.
 TEST_P(EveryKey, IsSetByConditionsOfAGate) {
-  std::string text = "schema_version: 1\nbaseline: baseline.yaml\nconditions:\n";
+  std::string text = fmt::format("schema_version: 1\nscenario: {}\ncases:\n", base_);
   const auto value_of = [this](const KeyCase& of) { return of.values.size() == 1 ? 0 : first_; };
   for (const KeyCase& of : cases_)
     if (MayBeGivenToTrials(of))
-      text += fmt::format("  - name: \"{}\"\n    scenario: {}\n", of.key, base_) +
-              YamlBlock("    ", "set", of.Assignments(value_of(of)));
+      text += YamlBlock("  ", fmt::format("\"{}\"", of.key), of.Assignments(value_of(of)));
   const std::string file = ::testing::TempDir() + base_ + "_gate.yaml";
-  std::ofstream(file) << text;
-  const gate::GatePlan gate = gate::LoadGatePlan(file);
+  std::ofstream(file) << text << "gate: {baseline: baseline.yaml}\n";
+  const gate::Gate gate = gate::LoadGate(file);
   for (const KeyCase& of : cases_)
     if (MayBeGivenToTrials(of))
-      Compare(of, value_of(of), gate::ScenarioOf(gate.conditions.at(compared_), 17));
+      Compare(of, value_of(of),
+              gate.plan.ScenarioOf(gate.plan.FirstOf(static_cast<int64_t>(compared_))));
   EXPECT_EQ(compared_ + 1, cases_.size());
 }
 
@@ -191,9 +191,9 @@ TEST_P(EveryKey, IsANumberOrIsNotTuned) {
       continue;
     }
     const std::string text =
-        "schema_version: 1\ntrials: {scenario: pool_active}\nobjective: [{metric: time_s}]\n"
-        "gains: [{key: \"" +
-        of.key + "\"}]\n";
+        "schema_version: 1\nscenario: pool_active\n"
+        "tuning: {objective: [{metric: time_s}], gains: [{key: \"" +
+        of.key + "\"}]}\n";
     EXPECT_THAT(MessageOf([&] { tuning::Study(config::ParseYaml(text, "study.yaml")); }),
                 HasSubstr("'" + of.key + "' is no number of a scenario"));
     ++refused;
@@ -209,15 +209,6 @@ TEST(TheSeed, IsRefusedByWhatGivesIt) {
         "strata: {one: {seed: 3}}", "random: {seed: {choice: [3, 4]}}"}) {
     EXPECT_THAT(MessageOf([&] { batch::Plan(head + text, "plan.yaml"); }),
                 HasSubstr("seed: the plan gives each trial its seed; set master_seed"))
-        << text;
-    EXPECT_THAT(MessageOf([&] {
-                  tuning::Study(config::ParseYaml(
-                      "schema_version: 1\ntrials: {scenario: pool_active, seeds: 1, " + text +
-                          "}\ngains: [{key: jam.time_s}]\nobjective: [{metric: time_s}]\n",
-                      "study.yaml"));
-                }),
-                text.starts_with("strata") ? HasSubstr("a study takes trials one by one")
-                                           : HasSubstr("seed: the plan gives each trial its seed"))
         << text;
   }
 }

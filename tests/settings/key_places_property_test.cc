@@ -69,9 +69,9 @@ struct Places {
   Places TakeMeeting() {
     Places meeting;
     Keys before;
-    for (const auto& [from, to] : {std::pair(&set, &meeting.set), std::pair(&grid, &meeting.grid),
-                                   std::pair(&random, &meeting.random)})
-      std::erase_if(*from, [&before, to](const KeyCase* of) {
+    for (const auto& lists : {std::pair(&set, &meeting.set), std::pair(&grid, &meeting.grid),
+                              std::pair(&random, &meeting.random)})
+      std::erase_if(*lists.first, [&before, to = lists.second](const KeyCase* of) {
         const bool meets =
             std::ranges::any_of(before, [of](const KeyCase* each) { return Meet(*of, *each); });
         (meets ? *to : before).push_back(of);
@@ -89,6 +89,7 @@ class KeyPlaces : public ::testing::TestWithParam<const char*> {
   // Values that were compared: by place of a plan, and of the same stored; in a study's trials; as
   // gains.
   size_t set_ = 0, grid_ = 0, random_ = 0, stored_ = 0, studies_ = 0, gains_ = 0;
+  std::vector<std::string> unread_;  // numbers that are not tuned, for no trial reads them
 
   void SetUp() override {
     for (const KeyCase& of : KeyCasesOf(base_))
@@ -121,22 +122,21 @@ class KeyPlaces : public ::testing::TestWithParam<const char*> {
     return trial::LoadScenario(base_, given);
   }
 
-  // The keys of a plan or of a study's trials.
-  std::string Text(const std::string& indent, const Places& places) const {
-    std::string text = indent + "scenario: " + base_ + "\n" + YamlBlock(indent, "set", Set(places));
-    if (!Case(places).empty())
-      text += indent + "cases:\n" + YamlBlock(indent + "  ", "the only one", Case(places));
+  // The keys of a plan.
+  std::string Text(const Places& places) const {
+    std::string text = "scenario: " + base_ + "\n" + YamlBlock("", "set", Set(places));
+    if (!Case(places).empty()) text += "cases:\n" + YamlBlock("  ", "the only one", Case(places));
     Texts grid, random;
     for (const KeyCase* of : places.grid)
       grid.push_back(fmt::format("{}=[{}]", of->key, fmt::join(of->values, ", ")));
     for (const KeyCase* of : places.random)
       random.push_back(fmt::format("{}={{choice: [{}]}}", of->key, fmt::join(of->values, ", ")));
-    return text + YamlBlock(indent, "grid", grid) + YamlBlock(indent, "random", random);
+    return text + YamlBlock("", "grid", grid) + YamlBlock("", "random", random);
   }
 
   void ExpectSame(const trial::Scenario& expected, trial::Scenario made, const Places& places) {
     made.seed = expected.seed;
-    EXPECT_EQ(DifferenceOf(expected, made), "") << Text("", places);
+    EXPECT_EQ(DifferenceOf(expected, made), "") << Text(places);
   }
 
   // A trial with these values in the grid that draws these, of a plan with other seeds.
@@ -158,9 +158,9 @@ class KeyPlaces : public ::testing::TestWithParam<const char*> {
   }
 
   void TryPlan(const Places& places, const std::vector<trial::Scenario>& expected) {
-    const batch::Plan plan("schema_version: 1\n" + Text("", places), "plan.yaml");
+    const batch::Plan plan("schema_version: 1\n" + Text(places), "plan.yaml");
     const batch::Plan read(plan.resolved(), "plan");
-    EXPECT_EQ(read.hash(), plan.hash()) << Text("", places);
+    EXPECT_EQ(read.hash(), plan.hash()) << Text(places);
     for (size_t value = 0; value < expected.size(); ++value)
       for (const batch::Plan* of : {&plan, &read}) {
         const auto [other, trial] = TrialWith(*of, places, value);
@@ -172,12 +172,32 @@ class KeyPlaces : public ::testing::TestWithParam<const char*> {
     stored_ += places.All().size();
   }
 
+  // A study with these gains, a line of its file for each.
+  tuning::Study StudyOf(const Places& places, const std::string& gains) const {
+    return tuning::Study(
+        config::ParseYaml("schema_version: 1\n" + Text(places) +
+                              "tuning:\n  objective: [{metric: time_s}]\n  gains:\n" + gains,
+                          "study.yaml"));
+  }
+
+  bool IsRead(Places places, const KeyCase* of) const {
+    std::erase(places.random, of);
+    const std::string said = MessageOf(
+        [&] { StudyOf(places, "    - {key: " + of->key + ", low: -1.0e9, high: 1.0e9}\n"); });
+    return said.find(of->key + " is read by no trial") == std::string::npos;
+  }
+
   // The same of a study, where numbers that a plan draws are tuned.
   void TryStudy(Places places, const std::vector<trial::Scenario>& expected) {
-    std::erase_if(places.random, [&places](const KeyCase* of) {
-      if (of->is_plain_number()) places.gains.push_back(of);
-      return of->is_plain_number();
-    });
+    for (const KeyCase* of : Keys(places.random)) {
+      if (!of->is_plain_number()) continue;
+      if (!IsRead(places, of)) {
+        unread_.push_back(of->key);
+        continue;
+      }
+      std::erase(places.random, of);
+      places.gains.push_back(of);
+    }
     Places start = places;
     start.gains.clear();
     const trial::Scenario before = Expected(start, 0);
@@ -191,15 +211,15 @@ class KeyPlaces : public ::testing::TestWithParam<const char*> {
       for (size_t value = 0; value < expected.size(); ++value)
         all.push_back(gains[value].emplace_back(value_in(expected[value], key)));
       const auto [low, high] = std::ranges::minmax(all);
-      text += fmt::format("  - {{key: {}, low: {}, high: {}}}\n", key, FormatNumber(low),
+      text += fmt::format("    - {{key: {}, low: {}, high: {}}}\n", key, FormatNumber(low),
                           FormatNumber(low == high ? high + 1 : high));
     };
     for (const KeyCase* of : places.gains) tune(of->key);
-    if (places.gains.empty()) tune("jam.time_s");  // a study has one at least
-    const tuning::Study study(
-        config::ParseYaml("schema_version: 1\nobjective: [{metric: time_s}]\ngains:\n" + text +
-                              "trials:\n" + Text("  ", places),
-                          "study.yaml"));
+    const Keys all = places.All();
+    for (const std::string any : {"jam.time_s", "jam.force_newton", "docked_hold_s"})
+      if (gains[0].empty() && std::ranges::count(all, any, &KeyCase::key) == 0)
+        tune(any);  // a study has one at least
+    const tuning::Study study = StudyOf(places, text);
     for (size_t value = 0; value < expected.size(); ++value) {
       const auto [plan, trial] = TrialWith(study.plan(), places, value);
       ExpectSame(expected[value], study.ScenarioOf(plan, trial, gains[value]), places);
@@ -220,7 +240,7 @@ class KeyPlaces : public ::testing::TestWithParam<const char*> {
       TryStudy(places, expected);
       return;
     }
-    ASSERT_GT(places.All().size(), 1u) << refused << "\n" << Text("", places);
+    ASSERT_GT(places.All().size(), 1u) << refused << "\n" << Text(places);
     for (const KeyCase* of : places.set) Try({.set = {of}});
     for (const KeyCase* of : places.grid) Try({.grid = {of}});
     for (const KeyCase* of : places.random) Try({.random = {of}});
@@ -260,7 +280,11 @@ TEST_P(KeyPlaces, MakeTheScenarioThatSetMakes) {
   EXPECT_EQ(grid_, values(all.grid));
   EXPECT_EQ(random_, values(all.random));
   EXPECT_EQ(stored_, all.All().size());
-  EXPECT_EQ(gains_, std::ranges::count_if(all.random, &KeyCase::is_plain_number));
+  EXPECT_EQ(gains_ + unread_.size(), std::ranges::count_if(all.random, &KeyCase::is_plain_number));
+  for (const std::string& unread : unread_)
+    EXPECT_THAT(unread,
+                ::testing::ContainsRegex("^(pid|lqg|p_voltage|playback|estimator|fiducial)\\."));
+  EXPECT_GT(gains_, 3 * unread_.size());
   EXPECT_GT(all.set.size(), n / 2 - kOfEach);
 }
 

@@ -162,17 +162,16 @@ TEST_P(NamedFile, IsFoundBesideTheScenarioTheGateAndTheStudy) {
   Write(folder_ / "plan.yaml", "schema_version: 1\nscenario: scenes/mine.yaml\n");
   const batch::Plan plan = batch::LoadPlan("../plan.yaml");
   ExpectNames(plan.ScenarioOf(plan.Trial(0)), scene);
-  Write(folder_ / "gate.yaml",
-        "schema_version: 1\nbaseline: b.yaml\nconditions:\n  - {name: a, scenario: pool_active, "
-        "set: " +
-            SetWithOwn() + "}\n  - {name: b, scenario: scenes/mine.yaml}\n");
-  const gate::GatePlan gate = gate::LoadGatePlan("../gate.yaml");
-  ExpectNames(gate::ScenarioOf(gate.conditions[0], 1), folder_ / own_);
-  ExpectNames(gate::ScenarioOf(gate.conditions[1], 1), scene);
-  Write(folder_ / "study.yaml",
-        "schema_version: 1\ntrials: {scenario: pool_active, set: " + SetWithOwn() +
-            "}\ngains: [{key: jam.time_s, low: 0.5, high: 2}]\n"
-            "objective: [{metric: time_s}]\n");
+  Write(folder_ / "gate.yaml", "schema_version: 1\ncases:\n  a: {scenario: pool_active, " +
+                                   SetWithOwn().substr(1) +
+                                   "\n  b: {scenario: scenes/mine.yaml}\n"
+                                   "gate: {baseline: b.yaml}\n");
+  const gate::Gate gate = gate::LoadGate("../gate.yaml");
+  ExpectNames(gate.plan.ScenarioOf(gate.plan.FirstOf(0)), folder_ / own_);
+  ExpectNames(gate.plan.ScenarioOf(gate.plan.FirstOf(1)), scene);
+  Write(folder_ / "study.yaml", "schema_version: 1\nscenario: pool_active\nset: " + SetWithOwn() +
+                                    "\ntuning: {gains: [{key: jam.time_s, low: 0.5, high: 2}], "
+                                    "objective: [{metric: time_s}]}\n");
   const tuning::Study study = tuning::LoadStudy("../study.yaml");
   ExpectNames(study.ScenarioOf(study.plan(), 0, study.start()), folder_ / own_);
 }
@@ -215,17 +214,24 @@ TEST_P(NamedFile, IsWhatABatchWasBegunWith) {
 }
 
 TEST_P(NamedFile, IsWhatAGateAndAStudyWereBegunWith) {
-  Write(folder_ / "gate.yaml",
-        "schema_version: 1\nbaseline: b.yaml\nconditions:\n  - {name: a, scenario: pool_active, "
-        "set: " +
-            SetWithOwn() + "}\n");
-  Write(folder_ / "study.yaml",
-        "schema_version: 1\ntrials: {scenario: pool_active, set: " + SetWithOwn() +
-            "}\ngains: [{key: jam.time_s, low: 0.5, high: 2}]\n"
-            "objective: [{metric: time_s}]\nstart_may_fail: true\n");
+  Write(folder_ / "gate.yaml", "schema_version: 1\nscenario: pool_active\nseeds: 9\nset: " +
+                                   SetWithOwn() + "\ngate: {baseline: b.yaml}\n");
+  Write(folder_ / "study.yaml", "schema_version: 1\nscenario: pool_active\nset: " + SetWithOwn() +
+                                    "\ntuning: {gains: [{key: jam.time_s, low: 0.5, high: 2}], "
+                                    "objective: [{metric: time_s}], start_may_fail: true}\n");
   const auto open_gate = [&] {
-    gate::OpenTrials(folder_ / "gate.db", gate::LoadGatePlan("../gate.yaml"), /*anew=*/false,
-                     [](const std::string& said) { ADD_FAILURE() << said; });
+    const gate::Gate gate = gate::LoadGate("../gate.yaml");
+    batch::ResultStore store =
+        gate::OpenTrials(folder_ / "gate.db", gate, /*anew=*/false, {},
+                         [](const std::string& said) { ADD_FAILURE() << said; });
+    int64_t stored = 0;
+    gate::GateRun run(gate);
+    try {
+      run.Run({.on_trial = [&](const batch::StoredTrial&) { ++stored; },
+               .stop_requested = [&] { return stored > 0; }},
+              &store);
+    } catch (const batch::Stopped&) {
+    }
   };
   const auto tune = [&] {
     try {

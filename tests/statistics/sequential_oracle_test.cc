@@ -1,5 +1,6 @@
 // Sequential tests against sums over every sequence and products written out.
 
+#include "experiments/statistics/paired_measure.h"
 #include "experiments/statistics/sequential_test.h"
 
 #include <gtest/gtest.h>
@@ -8,6 +9,9 @@
 #include <cmath>
 #include <utility>
 #include <vector>
+
+#include "sim/base/random.h"
+#include "tests/statistics/rate_test.h"
 
 namespace turbidock::statistics {
 namespace {
@@ -112,7 +116,7 @@ TEST(NetLossTest, RejectsWhenTheAverageOfItsStakesHasGrownEnough) {
 struct Shares {
   double fail = 0, pass = 0, pairs = 0;
 };
-Shares SharesOf(const PairedRateTest& test, double loss, double gain, int max_pairs) {
+Shares SharesOf(const RateTest& test, double loss, double gain, int max_pairs) {
   const auto size = static_cast<size_t>(max_pairs) + 1;
   std::vector<std::vector<double>> paths(size, std::vector<double>(size, 0.0));
   paths[0][0] = 1;
@@ -134,29 +138,31 @@ Shares SharesOf(const PairedRateTest& test, double loss, double gain, int max_pa
   return shares;
 }
 
-TEST(PairedRateTest, StandsAtTheLimitsOfWhatMayBeAsked) {
+TEST(RateTest, StandsAtTheLimitsOfWhatMayBeAsked) {
   constexpr double kLeast = kLeastProbability;
   for (const double margin : {kLeast, 0.5, 1 - kLeast})
     for (const double level : {kLeast, 1 - kLeast})
       for (const int max_pairs : {1, 120}) {
-        const PairedRateTest test(margin, level, level, max_pairs);
+        const RateTest test(margin, level, level, max_pairs);
         EXPECT_LE(SharesOf(test, margin, 0, max_pairs).pass, level) << margin << ' ' << level;
         EXPECT_LE(SharesOf(test, 0.1, 0.1, max_pairs).fail, level) << margin << ' ' << level;
       }
 }
 
-TEST(PairedRateTest, WhatItSaysOfABuildIsTheSumOverAllCounts) {
-  const PairedRateTest test(0.15, 0.02, 0.1, 60);
+constexpr PairedDesign kDesign{.margin = 0.15, .alpha = 0.02, .beta = 0.1, .most = 60};
+
+TEST(RateTest, WhatItSaysOfABuildIsTheSumOverAllCounts) {
+  const RateTest test(0.15, 0.02, 0.1, 60);
   for (const double loss : {0.0, 0.05, 0.15, 0.3, 1.0}) {
     const Shares all = SharesOf(test, loss, 0, 60);
-    EXPECT_NEAR(test.FailRate(loss), all.fail, 1e-12) << loss;
+    EXPECT_NEAR(FailRate(kDesign, loss), all.fail, 1e-12) << loss;
   }
   EXPECT_LE(SharesOf(test, 0.15, 0, 60).pass, 0.1);
 }
 
 // As in assets/measured/gate.md, where these were counted in 10,000 sequences.
-TEST(PairedRateTest, TakesAsManyTrialsAsWasMeasured) {
-  const PairedRateTest test(0.1, 0.05, 0.05, 169);
+TEST(RateTest, TakesAsManyTrialsAsWasMeasured) {
+  const RateTest test(0.1, 0.05, 0.05, 169);
   EXPECT_NEAR(SharesOf(test, 0, 0, 169).pairs, 35, 1e-9);
   const Shares worse = SharesOf(test, 0.1, 0, 169);
   EXPECT_NEAR(worse.pairs, 77.9, 1);
@@ -164,13 +170,62 @@ TEST(PairedRateTest, TakesAsManyTrialsAsWasMeasured) {
 }
 
 // What it fails with 80 %: a little less it fails less often.
-TEST(PairedRateTest, TheLeastLossThatItSees) {
-  const PairedRateTest test(0.15, 0.02, 0.1, 60);
-  const double loss = *test.LeastLossSeen(0.8);
+TEST(RateTest, TheLeastLossThatItSees) {
+  const RateTest test(0.15, 0.02, 0.1, 60);
+  const double loss = *LeastLossSeen(kDesign, 0.8);
   EXPECT_NEAR(SharesOf(test, loss, 0, 60).fail, 0.8, 1e-3);
   EXPECT_GT(loss, 0.1);
   EXPECT_LT(loss, 0.3);
-  EXPECT_FALSE(PairedRateTest(0.15, 0.02, 0.1, 4).LeastLossSeen(0.8)) << "four cannot tell";
+  PairedDesign few = kDesign;
+  few.most = 4;
+  EXPECT_FALSE(LeastLossSeen(few, 0.8)) << "four cannot tell";
+}
+
+// A measure says what the counts say, and when: of random pairs of all kinds.
+TEST(PairedMeasure, DecidesARateByTheCountsOfItsPairs) {
+  const RateTest test(kDesign.margin, kDesign.alpha, kDesign.beta, kDesign.most);
+  Rng rng = SeedTree(3).Stream("pairs");
+  int failed = 0, passed = 0;
+  for (int sequence = 0; sequence < 300; ++sequence) {
+    PairedMeasure measure(MeasureKind::kRate, -1, kDesign);
+    const double rate_a = rng.Uniform(), rate_b = rng.Uniform();
+    std::optional<Verdict> verdict;
+    int losses = 0, gains = 0, decided = 0;
+    for (int pairs = 1; pairs <= kDesign.most; ++pairs) {
+      const bool a = rng.Uniform() < rate_a, b = rng.Uniform() < rate_b;
+      measure.Add(a, b, 10 * pairs);
+      losses += a && !b;
+      gains += !a && b;
+      if (verdict) continue;
+      verdict = test.Decide(pairs, losses, gains);
+      decided = 10 * pairs;
+    }
+    const PairedResult result = measure.Result();
+    ASSERT_EQ(measure.verdict(), verdict);
+    EXPECT_EQ(result.worse, losses);
+    EXPECT_EQ(result.better, gains);
+    EXPECT_NEAR(*result.difference, (gains - losses) / 60.0, 1e-12);
+    if (verdict) {
+      EXPECT_EQ(result.decided_after, decided);
+    }
+    failed += verdict == Verdict::kFail;
+    passed += verdict == Verdict::kPass;
+  }
+  EXPECT_GT(failed, 50);
+  EXPECT_GT(passed, 50);
+}
+
+// What rises is worse, or better where less is: a median's two sides are each other's mirror.
+TEST(PairedMeasure, DecidesAMedianByHowManyPairsAreWithinTheMargin) {
+  for (const double worse : {1.0, -1.0})
+    for (const double change : {0.0, 0.4, 0.6, -0.6}) {
+      PairedMeasure measure(MeasureKind::kMedian, worse,
+                            PairedDesign{.margin = 0.5, .alpha = 0.01, .beta = 0.1, .most = 60});
+      for (int i = 0; i < 60; ++i) measure.Add(i, i + worse * change, i);
+      EXPECT_EQ(measure.verdict(), change > 0.5 ? Verdict::kFail : Verdict::kPass) << change;
+      EXPECT_NEAR(*measure.Result().difference, worse * change, 1e-12);
+      EXPECT_EQ(measure.Result().worse, change > 0 ? 60 : 0);
+    }
 }
 
 }  // namespace

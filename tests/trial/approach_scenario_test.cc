@@ -34,7 +34,7 @@ TEST(ApproachScenario, DocksFromFiveMetres) {
   int searched = 0;
   for (int seed = 1; seed <= 10; ++seed) {
     const TrialResult result = RunOnTruePose("approach_5m", seed, {});
-    EXPECT_EQ(result.outcome, Outcome::kDocked) << seed << ": " << result.reason;
+    EXPECT_EQ(result.outcome, Outcome::kSuccess) << seed << ": " << result.reason;
     EXPECT_GT(result.start.distance_m(), 4.4);
     // whenever the marker comes into sight it takes over, and not before
     ASSERT_TRUE(result.first_sight_m && result.handover_time_s) << seed;
@@ -101,11 +101,11 @@ TEST(ApproachScenario, EveryNavigationServes) {
     for (const std::string preset : {"dvl", "usbl"}) {
       const TrialResult result =
           RunOnTruePose("approach_5m", seed, {"navigation.preset=" + preset});
-      EXPECT_EQ(result.outcome, Outcome::kDocked) << preset << seed << ": " << result.reason;
+      EXPECT_EQ(result.outcome, Outcome::kSuccess) << preset << seed << ": " << result.reason;
     }
     dead_reckoned +=
         RunOnTruePose("approach_5m", seed, {"navigation.preset=dead_reckoning", "duration_s=200"})
-            .outcome == Outcome::kDocked;
+            .outcome == Outcome::kSuccess;
   }
   EXPECT_GE(dead_reckoned, 2);
 }
@@ -117,7 +117,7 @@ TEST(ApproachScenario, ASearchFindsWhatNavigationMisses) {
   for (int seed = 1; seed <= 6; ++seed) {
     const TrialResult result = RunOnTruePose(
         "approach_5m", seed, {"navigation.position_bias_std_m=0.6", "duration_s=600"});
-    docked += result.outcome == Outcome::kDocked;
+    docked += result.outcome == Outcome::kSuccess;
     searches += result.searches;
   }
   EXPECT_GE(docked, 5);
@@ -133,7 +133,7 @@ TEST(ApproachScenario, APilotBringsItNearerUntilItIsFound) {
     std::vector<std::string> piloted = settings;
     piloted.emplace_back("approach.mode=pilot");
     const TrialResult result = RunOnTruePose("paper_sea_night_active", seed, piloted);
-    EXPECT_EQ(result.outcome, Outcome::kDocked) << seed << ": " << result.reason;
+    EXPECT_EQ(result.outcome, Outcome::kSuccess) << seed << ": " << result.reason;
     EXPECT_LT(*result.first_sight_m, 1.2) << seed;
     EXPECT_EQ(RunOnTruePose("paper_sea_night_active", seed, settings).failure, Failure::kNeverFound)
         << seed;
@@ -187,14 +187,14 @@ TEST(BlindLeg, DocksThoughTheMarkerIsOutOfSightAtTheEnd) {
     int docked = 0;
     for (int seed = 1; seed <= 6; ++seed) {
       const TrialResult result = run(seed, nearest_m, "8");
-      docked += result.outcome == Outcome::kDocked;
+      docked += result.outcome == Outcome::kSuccess;
       if (result.docked) {
         EXPECT_THAT(result.transitions.back().reason, HasSubstr("prediction"));
       }
     }
     EXPECT_GE(docked, least) << nearest_m;
     const TrialResult without = run(3, nearest_m, "0");
-    EXPECT_NE(without.outcome, Outcome::kDocked) << nearest_m;
+    EXPECT_NE(without.outcome, Outcome::kSuccess) << nearest_m;
     EXPECT_GT(without.returns_to_servoing, 0) << nearest_m;
   }
 }
@@ -209,10 +209,10 @@ TEST(BlindLeg, DocksThroughCamerasThatGoBlack) {
   const std::string fault =
       "faults.images=[{kind: black, camera: both, begin_s: " + std::to_string(near->time_s) + "}]";
   const TrialResult without = RunTrial(LoadScenario("sea_night_active", {"seed=3", fault}));
-  EXPECT_NE(without.outcome, Outcome::kDocked);
+  EXPECT_NE(without.outcome, Outcome::kSuccess);
   const TrialResult with =
       RunTrial(LoadScenario("sea_night_active", {"seed=3", fault, "procedure.blind_max_s=6"}));
-  EXPECT_EQ(with.outcome, Outcome::kDocked) << with.reason;
+  EXPECT_EQ(with.outcome, Outcome::kSuccess) << with.reason;
   EXPECT_TRUE(with.inserted);
 }
 

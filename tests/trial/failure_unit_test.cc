@@ -37,7 +37,7 @@ void LoseTheMarker(double last_s, TrialResult* result) {
 }
 
 TEST(FailureOf, TakesTheOutcomesWord) {
-  EXPECT_EQ(FailureOf({}, Trial(Outcome::kDocked, {Stage::kDocking})), Failure::kNone);
+  EXPECT_EQ(FailureOf({}, Trial(Outcome::kSuccess, {Stage::kDocking})), Failure::kNone);
   EXPECT_EQ(FailureOf({}, Trial(Outcome::kCollision, {Stage::kDocking})), Failure::kCollision);
   EXPECT_EQ(FailureOf({}, Trial(Outcome::kDiverged, {Stage::kDocking})), Failure::kDiverged);
   EXPECT_EQ(FailureOf({}, Trial(Outcome::kFalseDock, {Stage::kDocking})), Failure::kFalseLock);
@@ -50,7 +50,7 @@ TEST(FailureOf, AJamComesFirstUnlessItDockedAfterAll) {
   TrialResult result = Trial(Outcome::kTimeout, {Stage::kDocking});
   result.jam_time_s = 4;
   EXPECT_EQ(FailureOf({}, result), Failure::kJammed);
-  result.outcome = Outcome::kDocked;
+  result.outcome = Outcome::kSuccess;
   EXPECT_EQ(FailureOf({}, result), Failure::kNone);
 }
 

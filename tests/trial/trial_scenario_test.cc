@@ -23,7 +23,7 @@ void ExpectEnergyIsBalanced(const vehicle::EnergyBalance& energy) {
 
 TEST(TrialScenario, DocksInTheNightSea) {
   const TrialResult result = RunTrial(LoadScenario("sea_night_active", {"seed=3"}));
-  EXPECT_EQ(result.outcome, Outcome::kDocked) << result.reason;
+  EXPECT_EQ(result.outcome, Outcome::kSuccess) << result.reason;
   EXPECT_TRUE(result.docked);
   EXPECT_TRUE(result.inserted);
   EXPECT_LT(result.time_s, 50);
@@ -50,7 +50,7 @@ TEST(TrialScenario, TheShippedLawDocksInWavesOfTwoToFourSeconds) {
         {"seed=3", "pose_source=true_pose", "true_pose.noise=[0.001, 0.0003, 0.0003, 0.004]",
          "duration_s=90", "sea.state=custom",
          "sea.waves=[{height_m: 0.15, period_s: " + period_s + ", direction_rad: 1.5708}]"}));
-    EXPECT_EQ(result.outcome, Outcome::kDocked) << period_s << " s: " << result.reason;
+    EXPECT_EQ(result.outcome, Outcome::kSuccess) << period_s << " s: " << result.reason;
   }
 }
 
@@ -62,7 +62,7 @@ TEST(TrialScenario, ThePublishedLawDocksInTheNightSea) {
     const TrialResult result = RunTrial(LoadScenario(
         "paper_sea_night_active", {"seed=" + std::to_string(seed), "pose_source=true_pose",
                                    "true_pose.noise=[0.008, 0.003, 0.003, 0.02]"}));
-    EXPECT_EQ(result.outcome, Outcome::kDocked) << seed << ": " << result.reason;
+    EXPECT_EQ(result.outcome, Outcome::kSuccess) << seed << ": " << result.reason;
     times_s.push_back(result.time_s);
   }
   std::sort(times_s.begin(), times_s.end());
@@ -70,7 +70,7 @@ TEST(TrialScenario, ThePublishedLawDocksInTheNightSea) {
   EXPECT_LT(times_s.back(), 50);
 
   const TrialResult seen = RunTrial(LoadScenario("paper_sea_night_active", {"seed=1"}));
-  EXPECT_EQ(seen.outcome, Outcome::kDocked) << seen.reason;
+  EXPECT_EQ(seen.outcome, Outcome::kSuccess) << seen.reason;
   EXPECT_LT(seen.time_s, 50);
   ExpectEnergyIsBalanced(seen.energy);
 }

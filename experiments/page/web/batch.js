@@ -64,8 +64,8 @@ class BatchView {
   }
 
   drawTimes(host) {
-    this.noTimes = h('p', {}, 'None of these docked.');
-    const box = section('Time to dock', {note: 'Of the trials that docked.'}, this.noTimes);
+    this.noTimes = h('p', {}, 'None of these succeeded.');
+    const box = section('Time to dock', {note: 'Of the trials that succeeded.'}, this.noTimes);
     host.append(box);
     const span = ({low, high}, i) => `${number(low[i], 3)} to ${number(high[i], 3)} s`;
     return new Plot(
@@ -75,7 +75,7 @@ class BatchView {
         height: 210,
         label: 'distribution of the time to dock',
         readout: (s, i) => `${span(s, i)}\n${s.y[i]} trials`,
-        onPick: (s, i) => this.list(s.members[i], `docked in ${span(s, i)}`),
+        onPick: (s, i) => this.list(s.members[i], `success in ${span(s, i)}`),
       },
     );
   }
@@ -124,7 +124,7 @@ class BatchView {
     if (!failed.length)
       return fill(
         this.failures,
-        h('p', {}, found.length ? 'All of them docked.' : 'None is listed.'),
+        h('p', {}, found.length ? 'All of them succeeded.' : 'None is listed.'),
       );
     const bar = share =>
       h(
@@ -175,8 +175,8 @@ class BatchView {
       y: {label: 'z, mm', low: -reach, high: reach, clamped: true},
       blocks: [{...square, color: [46, 139, 87], opacity: 0.16}],
       series: [
-        points('not docked', lost, {color: curve(1), mark: 'rings'}),
-        points('docked', won, {color: curve(0), mark: 'dots'}),
+        points('failed', lost, {color: curve(1), mark: 'rings'}),
+        points('success', won, {color: curve(0), mark: 'dots'}),
       ],
     };
   }

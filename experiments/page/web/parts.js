@@ -3,13 +3,13 @@
 import {button, fill, h, section} from 'page/dom.js';
 import {clockText, words} from 'page/format.js';
 
-const kGood = new Set(['docked', 'pass', 'none']);
+const kGood = new Set(['success', 'pass', 'none']);
 const kNeutral = new Set(['interrupted', 'inconclusive']);
 const toneOf = word => (kGood.has(word) ? 'good' : kNeutral.has(word) ? 'none' : 'bad');
 
 /** What the outcomes of a trial mean. */
 const kMeaning = {
-  docked: 'the criterion was met and the pole is in the hole',
+  success: 'the criterion was met and the pole is in the hole',
   false_dock: 'the criterion was met on the estimate, but the pole is not in the hole',
   timeout: 'the time was up',
   marker_lost: 'the marker was found once and then lost for too long',

@@ -88,7 +88,7 @@ export class Success {
     const over = this.axes.find(axis => axis.key === this.over);
     const by = this.axes.find(axis => axis.key === this.by && axis !== over);
     const across = this.groups(over, kAcross);
-    const lines = by ? this.groups(by, kCurves) : [{label: 'docked', rows: this.trials.rows}];
+    const lines = by ? this.groups(by, kCurves) : [{label: 'success', rows: this.trials.rows}];
     const placeOf = new Map(across.flatMap(({rows}, k) => rows.map(row => [row, k])));
     const keys = [over, by].filter(Boolean).map(axis => axis.key);
     // of each line, a cell for each value across that has trials in it
@@ -103,14 +103,14 @@ export class Success {
           label: `${over.label} ${across[k].label}${by ? `, ${by.label} ${line.label}` : ''}`,
         })),
     );
-    const what = `share docked over ${over.label}${by ? ` by ${by.label}` : ''}`;
+    const what = `success over ${over.label}${by ? ` by ${by.label}` : ''}`;
     fill(this.ground);
     new Plot(this.ground, curvesOf(cells, over, across, lines), {
       height: 260,
       label: `${what}; arrow keys go from point to point, Enter lists its trials`,
       readout: ({cells: own}, i) => {
         const {won, all, share, low, high} = own[i].rate;
-        return `${own[i].label}\n${won} of ${all} docked: ${rate(share, low, high)}`;
+        return `${own[i].label}\n${won} of ${all} succeed: ${rate(share, low, high)}`;
       },
       onPick: ({cells: own}, i) => this.onPick(own[i].rows, own[i].label),
     });
@@ -123,7 +123,7 @@ function curvesOf(cells, over, across, lines) {
   const step = over.isNumeric ? 0.006 * width : 0.1;
   return {
     x: {label: over.label, names: over.isNumeric ? [] : across.map(({label}) => label)},
-    y: {label: 'docked, %', low: -3, high: 103},
+    y: {label: 'success, %', low: -3, high: 103},
     rules: [{at: 50, color: [140, 148, 156], mark: 'dashes'}],
     series: lines.map(({label}, line) => ({
       name: label,

@@ -39,7 +39,7 @@ export class Trials {
   }
 
   /**
-   * {won, all, share, low, high} of the rows that docked: the 95 % interval over the plan's strata, if it has any and
+   * {won, all, share, low, high} of the rows that succeeded: the 95 % interval over the plan's strata, if it has any and
    * the rows are whole cells, told apart by these keys only.
    */
   rate(rows, keys) {

@@ -133,7 +133,7 @@ def judge(arguments):
         file = os.path.join(arguments.judge, f"{seen}_{name}.db")
         trials = turbidock.batch(plan, file, controller=controller, workers=arguments.workers,
                                  progress=True)
-        times = trials["time_s"][trials["outcome"] == "docked"]
+        times = trials["time_s"][trials["outcome"] == "success"]
         print(f"\n{name} controller: {trials['outcome'].value_counts().to_dict()}, docked after "
               f"{times.median():.1f} s (median), {times.max():.1f} s (longest)")
 

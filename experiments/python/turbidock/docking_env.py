@@ -183,7 +183,7 @@ class DockingEnv(gymnasium.Env):
         if trial.ended:
             result = trial.result()
             info |= {"outcome": result.outcome, "reason": result.reason, "time_s": result.time_s,
-                     "digest": result.digest, "is_success": result.outcome == "docked"}
+                     "digest": result.digest, "is_success": result.outcome == "success"}
             truncated = result.outcome == "timeout"
             terminated = not truncated
             parts["reward_end"] = 10.0 if info["is_success"] else 0.0 if truncated else -10.0

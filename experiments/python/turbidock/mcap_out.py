@@ -348,7 +348,7 @@ def _write_trial(out: McapFile, model: Mapping[str, Any], rows: Motion, stages: 
                 out.write(f"/{side}/image", CompressedImage_pb2.CompressedImage(
                     timestamp=stamp(image_at), frame_id=f"{side}_camera", data=jpeg, format="jpeg"), at, image_at)
         seen_ns = image_at
-    out.log(f"{record['outcome']}: {record['reason']}", at, warning=record["outcome"] != "docked")
+    out.log(f"{record['outcome']}: {record['reason']}", at, warning=record["outcome"] != "success")
 
 
 def main() -> None:

@@ -46,7 +46,7 @@ class Result(ResultKeys):
     @property
     def success(self) -> bool:
         """The criterion was met and the pole is in the hole."""
-        return self.outcome == "docked"
+        return self.outcome == "success"
 
     @property
     def trajectory(self) -> pandas.DataFrame:

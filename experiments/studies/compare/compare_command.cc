@@ -3,7 +3,7 @@
 #include "experiments/command/command_line.h"
 #include "experiments/command/report_output.h"
 #include "experiments/media/figure.h"
-#include "experiments/studies/compare/comparison.h"
+#include "experiments/studies/compare/comparison_page.h"
 #include "experiments/system/output_path.h"
 
 namespace turbidock::compare {
@@ -43,7 +43,8 @@ void AddCompare(command::CommandLine& line) {
   arguments.plugins = line.plugins();
   compare.Add("a", arguments.a, "A batch's file").Required();
   compare.Add("b", arguments.b, "Another one's").Required();
-  compare.Add("--by KEY,...", arguments.options.by, "One group for each value of these parameters");
+  compare.Add("--by KEY,...", arguments.options.by,
+              "More rows: one group for each value of these parameters");
   compare.Add("--ignore KEY,...", arguments.options.ignore,
               "Parameters in which the sets are meant to differ");
   compare.AddFigure(arguments.figure, "Also draw it");

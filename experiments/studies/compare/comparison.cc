@@ -3,6 +3,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <functional>
+#include <iterator>
 #include <set>
 #include <utility>
 
@@ -11,7 +13,6 @@
 #include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_node.h"
 #include "experiments/statistics/paired_tests.h"
-#include "experiments/trial/record_columns.h"
 #include "sim/base/check.h"
 #include "sim/base/fields.h"
 
@@ -49,73 +50,21 @@ using Key = std::pair<std::string, int64_t>;  // parameters, seed
 std::map<Key, batch::StoredTrial> ByKey(const batch::ResultStore& store,
                                         const std::vector<std::string>& keys) {
   std::map<Key, batch::StoredTrial> trials;
+  std::vector<std::string> others = store.header().keys;
+  std::erase_if(others, [&keys](const std::string& key) { return Has(keys, key); });
   for (batch::StoredTrial& trial : store.Trials()) {
     if (!trial.record.ended()) continue;
     std::erase_if(trial.parameters, [&](const batch::Parameter& p) { return !Has(keys, p.key); });
     std::ranges::sort(trial.parameters, {}, &batch::Parameter::key);
     const Key key{Text(trial.parameters), trial.record.seed};
     if (!trials.emplace(key, std::move(trial)).second)
-      throw ConfigError(
-          fmt::format("several trials have the seed {}{}: they differ in a parameter "
-                      "that the other set does not have",
-                      key.second, key.first.empty() ? "" : " and " + key.first));
+      throw ConfigError(fmt::format(
+          "{}: several trials have the seed {}{}: they differ in what the other set does "
+          "not vary ({})",
+          store.file(), key.second, key.first.empty() ? "" : " and " + key.first,
+          fmt::join(others, ", ")));
   }
   return trials;
-}
-
-// What is compared of pairs that docked in both, but for how they end.
-std::vector<trial::Metric> ComparedMetrics() {
-  const std::vector<std::string> names = {"time_s", "tracking_rms_m", "effort_v"};
-  std::vector<trial::Metric> metrics;
-  for (const trial::Metric& metric : trial::Metrics())
-    if (Has(names, metric.name)) metrics.push_back(metric);
-  metrics.push_back({"final_error_m", [](const trial::TrialRecord& record) {
-                       return std::optional(record.final_error_true.distance_m());
-                     }});
-  return metrics;
-}
-
-Change CompareDocking(const std::string& group, const std::vector<TrialPair>& pairs) {
-  const auto n = static_cast<double>(pairs.size());
-  int64_t in_a = 0, in_b = 0, in_both = 0;
-  for (const TrialPair& pair : pairs) {
-    in_a += pair.a.success();
-    in_b += pair.b.success();
-    in_both += pair.docked();
-  }
-  const int64_t lost = in_a - in_both, gained = in_b - in_both;
-  return {.group = group,
-          .metric = kDocked,
-          .pairs = std::ssize(pairs),
-          .a = static_cast<double>(in_a) / n,
-          .b = static_cast<double>(in_b) / n,
-          .difference = static_cast<double>(gained - lost) / n,
-          .interval_95 = statistics::RateDifferenceInterval(lost, gained, std::ssize(pairs)),
-          .p_value = statistics::McNemarExactP(lost, gained)};
-}
-
-// Nothing without pairs.
-std::optional<Change> CompareMetric(const std::string& group, const std::vector<TrialPair>& pairs,
-                                    const trial::Metric& metric) {
-  std::vector<double> in_a, in_b, differences;
-  for (const TrialPair& pair : pairs) {
-    const auto a = metric.of(pair.a), b = metric.of(pair.b);
-    if (!pair.docked() || !a || !b) continue;
-    in_a.push_back(*a);
-    in_b.push_back(*b);
-    differences.push_back(*b - *a);
-  }
-  if (differences.empty()) return std::nullopt;
-  return Change{.group = group,
-                .metric = metric.name,
-                .pairs = std::ssize(differences),
-                .a = *statistics::Median(in_a),
-                .b = *statistics::Median(in_b),
-                .difference = *statistics::Median(differences),
-                .interval_95 = statistics::MedianInterval(differences),
-                .p_value = statistics::McNemarExactP(
-                    std::ranges::count_if(differences, [](double d) { return d > 0; }),
-                    std::ranges::count_if(differences, [](double d) { return d < 0; }))};
 }
 
 // By the values of these parameters.
@@ -129,21 +78,6 @@ auto GroupPairs(const std::vector<TrialPair>& pairs, const std::vector<std::stri
     groups[values].push_back(pair);
   }
   return groups;
-}
-
-// Marks what is significant in each family of tests: docking, and all metrics.
-void MarkSignificant(std::vector<Change>* changes) {
-  for (const bool is_rate : {true, false}) {
-    std::vector<Change*> family;
-    std::vector<double> p_values;
-    for (Change& change : *changes)
-      if (change.is_rate() == is_rate) {
-        family.push_back(&change);
-        p_values.push_back(change.p_value);
-      }
-    const std::vector<bool> significant = statistics::HolmSignificant(p_values);
-    for (size_t i = 0; i < family.size(); ++i) family[i]->significant = significant[i];
-  }
 }
 
 // Notes every value below a node of one of two plans by its dotted key; those of a text of several
@@ -170,14 +104,13 @@ void Note(const config::YamlNode& node, const std::string& key, size_t side, Dif
 
 }  // namespace
 
-std::string Flip::Link() const { return fmt::format("{}-{}", trial_a, trial_b); }
-
 std::vector<TrialPair> PairTrials(const batch::ResultStore& a, const batch::ResultStore& b,
                                   const ComparisonOptions& options) {
   std::vector<std::string> keys = a.header().keys, shared;
   for (const std::string& key : keys)
     if (Has(b.header().keys, key) && !Has(options.ignore, key)) shared.push_back(key);
   keys.insert(keys.end(), b.header().keys.begin(), b.header().keys.end());
+  for (const config::KeyDoc& doc : trial::ScenarioKeys()) keys.push_back(doc.key);
   RequireKnown(options.ignore, keys);
   RequireKnown(options.by, shared);
 
@@ -213,35 +146,39 @@ Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOpt
   Comparison comparison;
   comparison.options = options;
   for (const TrialPair& pair : pairs) {
-    const bool in_a = pair.a.success();
-    if (in_a == pair.b.success()) continue;
-    (in_a ? comparison.lost : comparison.gained)
-        .push_back({.seed = pair.a.seed,
-                    .trial_a = pair.trial_a,
-                    .trial_b = pair.trial_b,
-                    .failure = in_a ? pair.b.failure : pair.a.failure,
-                    .parameters = Text(pair.parameters),
-                    .shared = pair.parameters});
+    const bool lost = pair.a.success();
+    if (lost == pair.b.success()) continue;
+    comparison.flips.push_back({.seed = pair.a.seed,
+                                .lost = lost,
+                                .group = batch::Named(pair.parameters),
+                                .why = NameOf((lost ? pair.b : pair.a).failure),
+                                .link = fmt::format("{}-{}", pair.trial_a, pair.trial_b),
+                                .trial_a = pair.trial_a,
+                                .trial_b = pair.trial_b});
   }
-  const auto differing = static_cast<double>(comparison.lost.size() + comparison.gained.size());
+  std::ranges::stable_sort(comparison.flips, std::greater(), &batch::Flip::lost);
+  const auto changes_of = [](const std::vector<TrialPair>& of, const std::string& group) {
+    batch::PairedTrials paired;
+    for (const TrialPair& pair : of) paired.Add(batch::TrialOf(pair.a), batch::TrialOf(pair.b));
+    return paired.Changes(group);
+  };
+  comparison.changes = changes_of(pairs, "all");
+  batch::MarkSignificant(&comparison.changes);
   comparison.least_difference_seen = statistics::LeastDifferenceSeen(
-      std::ssize(pairs), differing / static_cast<double>(pairs.size()));
-  const auto groups = GroupPairs(pairs, options.by);
-  for (const auto& [values, of] : groups) {
-    std::vector<batch::Parameter> shared;
-    for (size_t i = 0; i < values.size(); ++i) shared.push_back({options.by[i], values[i]});
-    const std::string name = shared.empty() ? "all" : Text(shared);
-    std::vector<Change> changes = {CompareDocking(name, of)};
-    for (const trial::Metric& metric : ComparedMetrics())
-      if (const auto change = CompareMetric(name, of, metric)) changes.push_back(*change);
-    for (Change& change : changes) {
-      change.shared = shared;
-      comparison.changes.push_back(change);
+      std::ssize(pairs),
+      static_cast<double>(comparison.flips.size()) / static_cast<double>(pairs.size()));
+  if (options.by.empty()) return comparison;
+  std::vector<batch::Change> rows;
+  for (const auto& [values, of] : GroupPairs(pairs, options.by)) {
+    std::vector<batch::Parameter> parameters;
+    for (size_t i = 0; i < values.size(); ++i) parameters.push_back({options.by[i], values[i]});
+    for (batch::Change& change : changes_of(of, Text(parameters))) {
+      change.parameters = parameters;
+      rows.push_back(std::move(change));
     }
   }
-  if (groups.size() > 1) comparison.changes.push_back(CompareDocking("all together", pairs));
-  MarkSignificant(&comparison.changes);
-  comparison.all = groups.size() > 1 ? comparison.changes.back() : comparison.changes.front();
+  batch::MarkSignificant(&rows);
+  std::ranges::move(rows, std::back_inserter(comparison.changes));
   return comparison;
 }
 

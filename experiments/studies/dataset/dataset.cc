@@ -10,9 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include "experiments/config/yaml_fields.h"
 #include "experiments/media/canvas.h"
 #include "experiments/media/png.h"
 #include "experiments/report/json.h"
+#include "experiments/studies/dataset/mesh.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/fixed_view.h"
@@ -29,7 +31,6 @@ namespace {
 namespace fs = std::filesystem;
 using report::Json;
 
-constexpr int kMarkerId = 1;  // BOP's and COCO's number of the only object
 constexpr const char* kSplit = "train_pbr";
 constexpr uint8_t kInside = 255;
 constexpr double kDepthUnit_mm = 0.1;  // of a depth image: up to 6.5 m
@@ -237,6 +238,18 @@ void Add(const trial::Scenario& scenario, const batch::TrialSpec& spec,
                                 {"keypoints", points}});
 }
 
+// Of a dataset whose first trial's marker is this.
+void RequireLabels(const trial::Scenario& scenario, const batch::TrialSpec& spec,
+                   const std::string& marker) {
+  if (scenario.lens.k1 != 0 || scenario.lens.k2 != 0)
+    throw ConfigError("lens", "must be 0: labels are those of pinhole cameras");
+  if (config::SaveYaml(scenario.marker) != marker)
+    throw ConfigError(
+        fmt::format("marker: that of trial {} is another one than that of trial 0; a "
+                    "dataset has one",
+                    spec.trial));
+}
+
 void MakeShard(const batch::Plan& plan, const fs::path& folder, int64_t first, int64_t count,
                bool depth) {
   const fs::path part = folder.parent_path() / (".part-" + folder.filename().string());
@@ -244,13 +257,13 @@ void MakeShard(const batch::Plan& plan, const fs::path& folder, int64_t first, i
   for (const char* kind : {"rgb", "mask", "mask_visib"}) fs::create_directories(part / kind);
   if (depth) fs::create_directories(part / "depth");
   Shard shard;
+  const std::string marker = config::SaveYaml(plan.ScenarioOf(plan.Trial(0)).marker);
   Json names = Json::array();
   for (int64_t i = 0; i < count; ++i) {
     const batch::TrialSpec spec = plan.Trial(first + i);
     const trial::Scenario scenario = plan.ScenarioOf(spec);
     trial::RequireSameFiles(scenario);
-    if (scenario.lens.k1 != 0 || scenario.lens.k2 != 0)
-      throw ConfigError("lens", "must be 0: labels are those of pinhole cameras");
+    RequireLabels(scenario, spec, marker);
     const auto views = trial::DrawFixedViews(scenario, {trial::StartPose(scenario).Inverse()});
     StereoImage seen;
     trial::HoldView(views[0], scenario, SeedTree(static_cast<uint64_t>(scenario.seed)))
@@ -267,7 +280,7 @@ void MakeShard(const batch::Plan& plan, const fs::path& folder, int64_t first, i
   write("scene_camera.json", shard.scene_camera);
   write("scene_gt.json", shard.scene_gt);
   write("scene_gt_info.json", shard.scene_gt_info);
-  write("coco_keypoints.json", {{"info", {{"description", plan.settings().description}}},
+  write("coco_keypoints.json", {{"info", {{"description", plan.title()}}},
                                 {"images", shard.images},
                                 {"annotations", shard.annotations},
                                 {"categories",
@@ -281,7 +294,7 @@ void MakeShard(const batch::Plan& plan, const fs::path& folder, int64_t first, i
 
 // What a folder's shards all have in common, and must have when it is gone on with.
 Json HeaderOf(const batch::Plan& plan, const DatasetOptions& options) {
-  return {{"description", plan.settings().description},
+  return {{"description", plan.title()},
           {"plan_hash", plan.hash()},
           {"build", system::BuildId()},
           {"pairs", plan.trials()},
@@ -297,106 +310,6 @@ void RequireSame(const fs::path& file, const Json& header) {
       throw ConfigError(fmt::format(
           "{}: {} differs: the images there are of {}, these would be of {}", file.string(), key,
           before.is_object() ? before.value(key, Json()).dump() : "", header[key].dump()));
-}
-
-// The marker as triangles, in mm about its origin.
-class Mesh {
- public:
-  explicit Mesh(const vision::MarkerParams& marker) {
-    if (marker.box_m.minCoeff() > 0) AddBox(units::MmFromM(1) * marker.box_m / 2);
-    for (const vision::BallParams& ball : marker.balls) AddBall(ball);
-  }
-
-  // ASCII, as BOP's readers have it.
-  std::string Ply() const {
-    std::string text = fmt::format(
-        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\n"
-        "property float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
-        "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face {}\n"
-        "property list uchar int vertex_indices\nend_header\n",
-        vertices_.size(), faces_.size());
-    for (const Vertex& v : vertices_)
-      text += fmt::format("{:.4f} {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} {} {} {}\n", v.p.x(), v.p.y(),
-                          v.p.z(), v.n.x(), v.n.y(), v.n.z(), v.color[0], v.color[1], v.color[2]);
-    for (const auto& [a, b, c] : faces_) text += fmt::format("3 {} {} {}\n", a, b, c);
-    return text;
-  }
-
-  // BOP: the least box along the axes, and the largest distance between two vertices.
-  Json Info() const {
-    Eigen::Vector3d low = vertices_[0].p, high = low;
-    double diameter = 0;
-    for (const Vertex& a : vertices_) {
-      low = low.cwiseMin(a.p);
-      high = high.cwiseMax(a.p);
-      for (const Vertex& b : vertices_) diameter = std::max(diameter, (a.p - b.p).norm());
-    }
-    Json info = {{"diameter", diameter}};
-    for (int i = 0; i < 3; ++i) {
-      info[fmt::format("min_{}", "xyz"[i])] = low[i];
-      info[fmt::format("size_{}", "xyz"[i])] = high[i] - low[i];
-    }
-    return info;
-  }
-
- private:
-  struct Vertex {
-    Eigen::Vector3d p, n;
-    std::array<int, 3> color;
-  };
-
-  void AddQuad(int a, int b, int c, int d) {
-    faces_.push_back({a, b, c});
-    faces_.push_back({a, c, d});
-  }
-  void AddBox(const Eigen::Vector3d& half) {
-    for (int axis = 0; axis < 3; ++axis)
-      for (const double side : {-1.0, 1.0}) {
-        const Eigen::Vector3d n = side * Eigen::Vector3d::Unit(axis),
-                              e = Eigen::Vector3d::Unit((axis + 1) % 3), f = n.cross(e);
-        const int at = static_cast<int>(vertices_.size());
-        for (const auto& [s, t] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
-          vertices_.push_back({half.cwiseProduct(n + s * e + t * f), n, {128, 128, 128}});
-        AddQuad(at, at + 1, at + 2, at + 3);
-      }
-  }
-  void AddBall(const vision::BallParams& ball) {
-    constexpr int kRings = 12, kAround = 24;
-    const int at = static_cast<int>(vertices_.size());
-    std::array<int, 3> color{};
-    for (size_t i = 0; i < 3; ++i)
-      color[i] = static_cast<int>(std::lround(255 * ball.display_rgb[i]));
-    for (int ring = 0; ring <= kRings; ++ring)
-      for (int step = 0; step < kAround; ++step) {
-        const double down = M_PI * ring / kRings, around = 2 * M_PI * step / kAround;
-        const Eigen::Vector3d n(std::sin(down) * std::cos(around),
-                                std::sin(down) * std::sin(around), std::cos(down));
-        vertices_.push_back({units::MmFromM(1) * (ball.p_MQ_m + ball.radius_m * n), n, color});
-      }
-    for (int ring = 0; ring < kRings; ++ring)
-      for (int step = 0; step < kAround; ++step) {
-        const int here = at + ring * kAround + step,
-                  next = at + ring * kAround + (step + 1) % kAround;
-        AddQuad(here, here + kAround, next + kAround, next);
-      }
-  }
-
-  std::vector<Vertex> vertices_;
-  std::vector<std::array<int, 3>> faces_;
-};
-
-void WriteModel(const vision::MarkerParams& marker, const fs::path& folder) {
-  const Mesh mesh(marker);
-  Json info = mesh.Info();
-  info["balls"] = Json::array();
-  for (const vision::BallParams& ball : marker.balls)
-    info["balls"].push_back({{"name", ball.name},
-                             {"center", Eigen::Vector3d(1000 * ball.p_MQ_m)},
-                             {"radius", units::MmFromM(ball.radius_m)}});
-  fs::create_directories(folder);
-  system::WriteWhole(folder / fmt::format("obj_{:06}.ply", kMarkerId), mesh.Ply());
-  system::WriteWhole(folder / "models_info.json",
-                     report::JsonText({{std::to_string(kMarkerId), info}}));
 }
 
 void WriteCommon(const batch::Plan& plan, const fs::path& folder) {
@@ -459,9 +372,32 @@ void WriteContactSheet(const fs::path& file, const std::string& title,
 
 }  // namespace
 
+std::vector<batch::PlanKey> RefusedKeys() {
+  return {{"precision", "a dataset has `seeds` pairs of images in each cell; give --seeds"},
+          {"trial_time_limit_s", "no trial runs: images are made"},
+          {"series_every_frames", "no trial runs: there is no log"}};
+}
+
+batch::Work ShardWork(const trial::Plugins& plugins) {
+  return {"dataset", [plugins](const std::string& input) -> std::string {
+            const Json job = report::ParseJson(input, "a shard");
+            const batch::Plan plan(job["plan"], "plan", {.plugins = plugins});
+            MakeShard(plan, job["folder"].get<std::string>(), job["first"], job["count"],
+                      job["depth"]);
+            return "";
+          }};
+}
+
 DatasetSummary MakeDataset(const batch::Plan& plan, const std::string& folder,
                            const DatasetOptions& options) {
-  const fs::path root(folder), split = root / kSplit, header_file = root / "dataset.json";
+  // absolute, for whoever makes a shard
+  const fs::path root = fs::absolute(folder), split = root / kSplit,
+                 header_file = root / "dataset.json";
+  const std::string marker = config::SaveYaml(plan.ScenarioOf(plan.Trial(0)).marker);
+  for (int64_t cell = 0; cell < plan.cells(); ++cell) {
+    const batch::TrialSpec spec = plan.FirstOf(cell);
+    RequireLabels(plan.ScenarioOf(spec), spec, marker);
+  }
   const Json header = HeaderOf(plan, options);
   fs::create_directories(split);
   if (fs::exists(header_file)) {
@@ -474,26 +410,29 @@ DatasetSummary MakeDataset(const batch::Plan& plan, const std::string& folder,
   const int64_t per_shard = options.pairs_per_shard;
   DatasetSummary summary{.shards = (plan.trials() + per_shard - 1) / per_shard,
                          .images = 2 * plan.trials()};
+  const std::string resolved = plan.resolved();
   std::vector<std::string> missing;
   const auto folder_of = [&](int64_t shard) { return split / fmt::format("{:06}", shard); };
-  for (int64_t shard = 0; shard < summary.shards; ++shard)
-    if (!fs::exists(folder_of(shard))) missing.push_back(std::to_string(shard));
+  for (int64_t shard = 0; shard < summary.shards; ++shard) {
+    const int64_t first = shard * per_shard;
+    if (!fs::exists(folder_of(shard)))
+      missing.push_back(report::JsonLine({{"plan", resolved},
+                                          {"folder", folder_of(shard).string()},
+                                          {"first", first},
+                                          {"count", std::min(per_shard, plan.trials() - first)},
+                                          {"depth", options.depth}}));
+  }
   summary.shards_before = summary.shards - std::ssize(missing);
-  const auto make = [&](const std::string& input) -> std::string {
-    const int64_t shard = std::stoll(input), first = shard * per_shard;
-    MakeShard(plan, folder_of(shard), first, std::min(per_shard, plan.trials() - first),
-              options.depth);
-    return "";
-  };
-  const auto pool = batch::MakePool(options.jobs, batch::kJobTimeLimit_s, {"dataset", make});
+  const auto pool =
+      batch::MakePool(options.jobs, batch::kJobTimeLimit_s, ShardWork(plan.plugins()));
   int done = 0;
   const auto count = [&](size_t, const std::string&) {
     if (options.on_progress) options.on_progress(++done, static_cast<int>(missing.size()));
   };
   summary.complete = batch::MapEach(pool.get(), missing, count, options.stop_requested);
   if (summary.complete)
-    WriteContactSheet(root / "contact_sheet.png", plan.settings().description, folder_of,
-                      summary.images, 2 * per_shard);
+    WriteContactSheet(root / "contact_sheet.png", plan.title(), folder_of, summary.images,
+                      2 * per_shard);
   return summary;
 }
 

@@ -23,6 +23,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "experiments/batch/job_pool.h"
 #include "experiments/batch/plan.h"
@@ -31,19 +32,25 @@ namespace turbidock::dataset {
 
 struct DatasetOptions {
   int64_t pairs_per_shard = 250;
-  bool depth = false;                                      // depth images, too
-  batch::JobOptions jobs = {};                             // each makes a shard at a time
+  bool depth = false;           // depth images, too
+  batch::JobOptions jobs = {};  // with Slurm its nodes must see the folder
   std::function<void(int done, int of)> on_progress = {};  // after each shard that was missing
   std::function<bool()> stop_requested = {};               // asked every second
 };
+
+// Keys of a plan that a dataset cannot take (PlanOverrides::refused).
+std::vector<batch::PlanKey> RefusedKeys();
 
 struct DatasetSummary {
   int64_t shards = 0, shards_before = 0, images = 0;  // all there are; found; all there are
   bool complete = true;
 };
 
-// Makes what is missing. ConfigError for what is wrong in the plan or cannot be drawn or written,
-// ConfigError for a folder whose dataset is of another plan, size of shards, depth or build.
+// Makes a shard: the work of a task. `plugins`: those of its scenarios.
+batch::Work ShardWork(const trial::Plugins& plugins);
+
+// Makes what is missing. ConfigError for what is wrong in the plan or cannot be drawn, labelled or
+// written, and for a folder whose dataset is of another plan, size of shards, depth or build.
 DatasetSummary MakeDataset(const batch::Plan& plan, const std::string& folder,
                            const DatasetOptions& options);
 

@@ -12,6 +12,7 @@ namespace {
 
 struct DatasetArguments {
   command::PlanArguments plan;
+  command::JobArguments jobs;
   std::string out;
   DatasetOptions options;
   bool quiet = false;
@@ -21,7 +22,9 @@ int Make(const DatasetArguments& arguments) {
   DatasetOptions options = arguments.options;
   const batch::Plan plan = arguments.plan.Load();
   command::Progress progress(arguments.quiet);
-  progress.Say(fmt::format("{}: {} images", plan.settings().description, 2 * plan.trials()));
+  progress.Say(fmt::format("{}: {} images", plan.title(), 2 * plan.trials()));
+  options.jobs = arguments.jobs.For(arguments.out,
+                                    [&](const std::string& text) { progress.Say("  " + text); });
   options.on_progress = [&](int done, int of) { progress.ShowDone(done, of, "shards", 30); };
   options.stop_requested = command::CatchStopSignals();
   const DatasetSummary made = MakeDataset(plan, arguments.out, options);
@@ -41,6 +44,7 @@ void AddDataset(command::CommandLine& line) {
       "dataset", "Make images with ground truth from a plan's trials, for training detectors",
       &Make);
   arguments.plan.AddTo(&dataset, line.plugins());
+  arguments.plan.overrides.refused = RefusedKeys();
   dataset
       .Add("--out FOLDER", arguments.out,
            "Where: BOP layout with COCO keypoints beside it; shards that are there are kept")
@@ -48,7 +52,7 @@ void AddDataset(command::CommandLine& line) {
   dataset.Add("--pairs-per-shard", arguments.options.pairs_per_shard, "Pairs of images in a folder")
       .Between(1, 100000);
   dataset.Flag("--depth", arguments.options.depth, "Depth images, too");
-  dataset.AddWorkers(arguments.options.jobs.workers, "Processes, a shard each");
+  arguments.jobs.AddTo(&dataset, "Processes, a shard each");
   dataset.AddQuiet(arguments.quiet);
 }
 

@@ -4,6 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/output_path.h"
@@ -28,11 +29,6 @@ std::string Quoted(const std::string& text) {
 
 }  // namespace
 
-const BaselineCondition* Baseline::Find(const std::string& name) const {
-  const auto found = std::ranges::find(conditions, name, &BaselineCondition::name);
-  return found == conditions.end() ? nullptr : &*found;
-}
-
 std::string BaselineText(const Baseline& baseline) {
   std::string text = std::string(kBaselineFile.mark) +
                      " GATE.yaml --update`. Do not edit: the\n"
@@ -41,14 +37,15 @@ std::string BaselineText(const Baseline& baseline) {
                       Quoted(baseline.build), baseline.seed);
   for (const BaselineCondition& c : baseline.conditions) {
     text += fmt::format(
-        "  - name: {}\n    scenario: {}\n    settings: {}\n    digest: \"{}\"\n    trials: {}\n"
-        "    docked: {}\n    success_rate: {}\n    interval_95: [{:.4f}, {:.4f}]\n    outcomes:\n",
-        Quoted(c.name), Quoted(c.scenario), Quoted(c.settings), c.digest, c.trials, c.docked,
+        "  - name: {}\n    given: {}\n    digest: \"{}\"\n    trials: {}\n    successes: {}\n"
+        "    success_rate: {}\n    interval_95: [{:.4f}, {:.4f}]\n    outcomes:\n",
+        Quoted(c.name), Quoted(c.given), c.digest, c.trials, c.successes,
         FormatNumber(c.success_rate), c.interval_95.at(0), c.interval_95.at(1));
-    for (const GateTrial& t : c.outcomes) {
+    for (const batch::ComparedTrial& t : c.outcomes) {
       text += fmt::format("      - {{seed: {}, outcome: {}", t.seed, NameOf(t.outcome));
-      for (size_t i = 0; i < kMedianMeasures.size(); ++i)
-        text += fmt::format(", {}: {}", kMedianMeasures[i].key, FormatNumber(t.values[i]));
+      for (size_t i = 0; i < batch::kMeasures.size(); ++i)
+        if (!std::isnan(t.values[i]))
+          text += fmt::format(", {}: {}", batch::kMeasures[i].name, FormatNumber(t.values[i]));
       text += fmt::format(", digest: \"{}\"}}\n", t.digest);
     }
   }
@@ -74,26 +71,32 @@ Baseline LoadBaseline(const std::string& file) {
   return baseline;
 }
 
-void RequireSamePlan(const GatePlan& plan, const Baseline& baseline, const std::string& file) {
-  const auto fail = [&file](const std::string& why) {
-    throw ConfigError(file + ": is from another plan: " + why + "; measure it anew with --update");
+std::vector<BaselineCondition> ConditionsOf(const Gate& gate, const Baseline& baseline) {
+  const auto fail = [&gate](const std::string& why) {
+    throw ConfigError(gate.settings.baseline + ": is from another plan: " + why +
+                      "; measure it anew with --update");
   };
-  if (plan.seed != baseline.seed)
-    fail(fmt::format("its trials are those of seed {}, the gate's seed is {}", baseline.seed,
-                     plan.seed));
-  for (const GateCondition& condition : plan.conditions) {
+  const int64_t seed = gate.plan.settings().master_seed;
+  if (seed != baseline.seed)
+    fail(fmt::format("its trials are those of master_seed {}, the gate's is {}", baseline.seed,
+                     seed));
+  std::vector<BaselineCondition> conditions;
+  for (const Condition& condition : gate.conditions) {
     const std::string of = "condition '" + condition.name + "'";
-    const BaselineCondition* known = baseline.Find(condition.name);
-    if (!known) return fail("it has no " + of);
-    if (known->scenario != condition.scenario || known->settings != condition.settings)
-      fail(fmt::format("{} was measured in scenario {} with '{}', the gate says {} with '{}'", of,
-                       known->scenario, known->settings, condition.scenario, condition.settings));
+    const auto known =
+        std::ranges::find(baseline.conditions, condition.name, &BaselineCondition::name);
+    if (known == baseline.conditions.end()) fail("it has no " + of);
+    if (known->given != condition.given)
+      fail(fmt::format("{} was measured with '{}', the gate gives '{}'", of, known->given,
+                       condition.given));
     if (known->digest != condition.digest)
-      fail(fmt::format("the scenario file {} of {} has changed", condition.scenario, of));
+      fail(fmt::format("the scenario or another file of {} has changed", of));
+    conditions.push_back(*known);
   }
   for (const BaselineCondition& known : baseline.conditions)
-    if (std::ranges::count(plan.conditions, known.name, &GateCondition::name) == 0)
+    if (std::ranges::count(gate.conditions, known.name, &Condition::name) == 0)
       fail("the gate has no condition '" + known.name + "'");
+  return conditions;
 }
 
 }  // namespace turbidock::gate

@@ -3,174 +3,264 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
-#include <map>
-#include <memory>
 
+#include "experiments/batch/batch.h"
 #include "experiments/system/build_info.h"
-#include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 
 namespace turbidock::gate {
 namespace {
 
-constexpr const char* kConditionKey = "case";  // as of the named cells of a batch
+using statistics::Verdict;
 
-GateTrial GateTrialOf(const batch::StoredTrial& stored) {
-  const trial::TrialRecord& record = stored.record;
-  if (!record.ended())
-    throw SimulatorFault(fmt::format("condition '{}', seed {}: the trial {}: {}\n{}",
-                                     stored.parameters.front().value, record.seed,
-                                     NameOf(record.outcome), record.reason, record.printed));
-  GateTrial trial{.seed = record.seed, .outcome = record.outcome, .digest = record.digest};
-  for (size_t i = 0; i < kMedianMeasures.size(); ++i)
-    trial.values[i] = kMedianMeasures[i].of(record);
-  return trial;
+// How a condition is judged, as far as the baseline has trials to compare with.
+batch::JudgeOptions OptionsOf(const Condition& condition, const BaselineCondition& baseline) {
+  batch::JudgeOptions options = condition.options();
+  if (baseline.successes <= options.margins.success_rate * baseline.trials)
+    throw ConfigError(fmt::format(
+        "{}: only {} of the baseline's {} trials succeeded; the success rate cannot fall by {:g}",
+        condition.name, baseline.successes, baseline.trials, options.margins.success_rate));
+  for (size_t i = 0; i < batch::kMeasures.size(); ++i)
+    if (options.margins.medians[i] > 0 && !baseline.outcomes.empty() &&
+        std::isnan(baseline.outcomes.front().values[i]))
+      throw ConfigError(
+          fmt::format("{}: the baseline has no {}; measure it anew with --update, or judge without",
+                      condition.name, batch::kMeasures[i].name));
+  options.max_trials = std::min(options.max_trials, baseline.trials);
+  return options;
 }
 
-// Everything that decides the gate's trials. Margins and the like do not, nor does the baseline.
-std::string ResolvedTrials(const GatePlan& plan) {
-  std::string text = fmt::format("seed: {}\nconditions:\n", plan.seed);
-  std::map<std::string, trial::ModelFile> files;
-  for (const GateCondition& condition : plan.conditions) {
-    text += fmt::format("  {}: |\n{}", batch::YamlText(condition.name),
-                        system::Indented(trial::SaveScenario(condition.resolved), "    "));
-    for (const trial::ModelFile& file : condition.resolved.model_files) files[file.file] = file;
-  }
-  return text + batch::ModelFilesText(files);
-}
-
-// Runs trials of the conditions in turn. `wanted`: of how many trials one consists as far as is
-// known; `take` gets them, one after another, and maybe more that were under way.
-void RunTrials(const GatePlan& plan, const GateRunner& run,
-               const std::function<int(size_t condition)>& wanted,
-               const std::function<void(size_t condition, const GateTrial&)>& take,
-               const GateProgress& on_trial) {
-  int64_t next_trial = 0;
-  std::vector<int64_t> taken(plan.conditions.size());
-  std::map<int64_t, GateTrial> early;  // results of trials that others come before
-  const auto conditions = std::ssize(plan.conditions);
-  const int most = std::ranges::max(plan.conditions, {}, &GateCondition::max_trials).max_trials;
-  const auto next = [&]() -> std::optional<int64_t> {
-    while (next_trial < most * conditions) {
-      const int64_t trial = next_trial++;
-      if (trial / conditions < wanted(static_cast<size_t>(trial % conditions))) return trial;
-    }
-    return std::nullopt;
-  };
-  const auto add = [&](int64_t trial, const GateTrial& result) {
-    const int64_t at = trial % conditions;
-    early.emplace(trial, result);
-    int64_t& so_far = taken[static_cast<size_t>(at)];
-    while (const auto found = early.extract(so_far * conditions + at)) {
-      ++so_far;
-      take(static_cast<size_t>(at), found.mapped());
-    }
-    int64_t done = 0, all = 0;
-    for (size_t i = 0; i < taken.size(); ++i) {
-      all += wanted(i);
-      done += std::min<int64_t>(taken[i], wanted(i));
-    }
-    if (on_trial) on_trial(done, all);
-  };
-  run({.next = next, .add = add});
+// Trials that it takes a build to pass that does the same and always succeeds, up to so many.
+int64_t TrialsToPass(batch::JudgeOptions options, int most) {
+  options.max_trials = most;
+  batch::PairedTrials same(options);
+  batch::ComparedTrial trial{.outcome = trial::Outcome::kSuccess};
+  trial.values.fill(0);
+  while (!same.done()) same.Add(trial, trial);
+  return same.verdict() == Verdict::kPass ? same.pairs() : most + 1;
 }
 
 }  // namespace
 
-GateRunner MakeGateRunner(const GatePlan& plan, batch::RunOptions options,
-                          batch::ResultStore* store) {
-  options.plugins = plan.conditions.front().resolved.plugins;
-  const auto runner = std::make_shared<batch::TrialRunner>(options, store);
-  const auto spec = [&plan](int64_t trial) -> batch::TrialSpec {
-    const int64_t conditions = std::ssize(plan.conditions);
-    const int64_t condition = trial % conditions, sample = trial / conditions;
-    return {.trial = trial,
-            .cell = condition,
-            .sample = sample,
-            .seed = plan.SeedOf(static_cast<int>(sample)),
-            .parameters = {{kConditionKey, plan.conditions[static_cast<size_t>(condition)].name}}};
-  };
-  const auto scenario = [&plan](const batch::TrialSpec& of) {
-    return ScenarioOf(plan.conditions[static_cast<size_t>(of.cell)], of.seed);
-  };
-  return [=](const GateTrials& trials) {
-    const auto add = [&trials](const batch::StoredTrial& trial) {
-      trials.add(trial.trial, GateTrialOf(trial));
-    };
-    const bool ended =
-        runner->Run({.spec = spec, .scenario = scenario}, {.next = trials.next, .add = add});
-    if (!ended) throw batch::Stopped();
-  };
+GateRun::GateRun(const Gate& gate, const std::optional<Baseline>& baseline) : gate_(gate) {
+  std::vector<BaselineCondition> known;
+  if (baseline) {
+    known = ConditionsOf(gate, *baseline);
+    baseline_build_ = baseline->build;
+  }
+  for (size_t i = 0; i < gate.conditions.size(); ++i) {
+    Running& running = running_.emplace_back();
+    running.options = gate.conditions[i].options();
+    running.least = running.options.max_trials;
+    if (baseline) {
+      running.baseline = known[i];
+      running.options = OptionsOf(gate.conditions[i], known[i]);
+      running.pairs = batch::PairedTrials(running.options);
+      batch::PairedTrials same(running.options);
+      for (const batch::ComparedTrial& trial : known[i].outcomes) same.Add(trial, trial);
+      running.least = same.pairs();
+    }
+    most_ = std::max<int64_t>(most_, running.options.max_trials);
+  }
+  most_ *= std::ssize(running_);
 }
 
-batch::ResultStore OpenTrials(const std::string& file, const GatePlan& plan, bool anew,
-                              const std::function<void(const std::string&)>& say) {
-  const batch::StoreHeader header{.kind = "gate",
-                                  .plan = ResolvedTrials(plan),
-                                  .build = system::BuildId(),
-                                  .code = plan.conditions.front().resolved.plugins.Code(),
-                                  .shard = {},
-                                  .trials = 0,
-                                  .keys = {kConditionKey}};
-  batch::ResultStore store = batch::ResultStore::Open(file, header);
-  const std::vector<std::string> differences = batch::Differences(store.header(), header);
-  if (differences.empty()) return store;
-  // Trials of another program are what a gate is there to tell from this one's.
-  const bool is_other_program =
-      store.header().build != header.build || store.header().code != header.code;
-  if (!anew && !is_other_program) throw batch::OtherResults(file, differences[0]);
-  say(fmt::format("{}: has other trials ({}): begun anew", file, differences[0]));
-  store.Become(header, {});
-  return store;
+bool GateRun::IsDone(const Running& condition) const {
+  return failed_at_once_ || std::ssize(condition.trials) >= condition.options.max_trials ||
+         (condition.baseline && condition.pairs.done());
 }
 
-GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const GateRunner& run,
-                   const GateProgress& on_trial) {
-  RequireSamePlan(plan, baseline, plan.baseline);
-  std::vector<ConditionJudge> judges;
-  judges.reserve(plan.conditions.size());
-  for (const GateCondition& condition : plan.conditions)
-    judges.emplace_back(*baseline.Find(condition.name), plan.OptionsFor(condition));
-  RunTrials(
-      plan, run, [&](size_t i) { return judges[i].wanted(); },
-      [&](size_t i, const GateTrial& trial) { judges[i].Add(trial); }, on_trial);
-  GateReport report{.description = plan.description,
+std::optional<int64_t> GateRun::Next() {
+  const auto conditions = std::ssize(running_);
+  while (asked_ < most_) {
+    const int64_t turn = asked_++, sample = turn / conditions;
+    const Running& running = running_[static_cast<size_t>(turn % conditions)];
+    if (!IsDone(running) && sample < running.options.max_trials)
+      return gate_.plan.NumberOf(turn % conditions, sample);
+  }
+  return std::nullopt;
+}
+
+void GateRun::Add(const batch::StoredTrial& trial) {
+  if (!trial.record.ended())
+    throw SimulatorFault(fmt::format("condition '{}', seed {}: the trial {}: {}\n{}",
+                                     gate_.conditions.at(static_cast<size_t>(trial.cell)).name,
+                                     trial.record.seed, NameOf(trial.record.outcome),
+                                     trial.record.reason, trial.record.printed));
+  const auto conditions = std::ssize(running_);
+  early_.emplace(trial.sample * conditions + trial.cell, trial);
+  for (; taken_ < most_; ++taken_) {
+    const auto condition = static_cast<size_t>(taken_ % conditions);
+    Running& running = running_[condition];
+    const auto found = early_.extract(taken_);
+    if (IsDone(running) || taken_ / conditions >= running.options.max_trials) continue;
+    if (!found) return;
+    Take(condition, found.mapped());
+  }
+}
+
+void GateRun::Take(size_t condition, const batch::StoredTrial& trial) {
+  Running& running = running_[condition];
+  const batch::ComparedTrial compared = batch::TrialOf(trial.record);
+  if (running.baseline) {
+    const batch::ComparedTrial& before = running.baseline->outcomes.at(running.trials.size());
+    if (before.seed != compared.seed)
+      throw ConfigError(fmt::format("condition '{}': seed {} is none of the baseline's trial {}",
+                                    gate_.conditions[condition].name, compared.seed,
+                                    running.trials.size()));
+    running.pairs.Add(before, compared);
+    const auto& never = gate_.conditions[condition].settings.never;
+    if (std::ranges::count(never, compared.outcome) > 0) {
+      running.never_seeds.push_back(compared.seed);
+      failed_at_once_ = true;
+    }
+  }
+  running.trials.push_back(trial);
+}
+
+GateProgress GateRun::progress() const {
+  GateProgress progress;
+  for (const Running& running : running_) {
+    const int64_t done = std::ssize(running.trials);
+    progress.done += done;
+    progress.most += IsDone(running) ? done : running.options.max_trials;
+    // A change costs trials, so many that nobody knows.
+    progress.least += IsDone(running) ? done : std::max(running.least, done + 1);
+  }
+  return progress;
+}
+
+std::vector<std::string> GateRun::Remarks() const {
+  constexpr int kMost = 10000;
+  std::vector<std::string> remarks;
+  for (size_t i = 0; i < running_.size(); ++i) {
+    const batch::JudgeOptions& options = running_[i].options;
+    if (TrialsToPass(options, options.max_trials) <= options.max_trials) continue;
+    int allowed = options.max_trials;
+    int64_t enough = allowed + 1;
+    while (enough > allowed && allowed < kMost) {
+      allowed = std::min(2 * allowed, kMost);
+      enough = TrialsToPass(options, allowed);
+    }
+    remarks.push_back(
+        fmt::format("condition '{}': {} trials are too few to pass, whatever they say; {}",
+                    gate_.conditions[i].name, options.max_trials,
+                    enough > allowed ? "no number would do" : fmt::format("{} would do", enough)));
+  }
+  return remarks;
+}
+
+void GateRun::Run(batch::RunOptions options, batch::ResultStore* store,
+                  const std::function<void(const GateProgress&)>& on_trial) {
+  options.plugins = gate_.plan.plugins();
+  batch::TrialRunner runner(options, store);
+  const auto add = [&](const batch::StoredTrial& trial) {
+    Add(trial);
+    if (on_trial) on_trial(progress());
+  };
+  if (!runner.Run(batch::SourceOf(gate_.plan), {.next = [this] { return Next(); }, .add = add}))
+    throw batch::Stopped();
+}
+
+ConditionReport GateRun::ReportOf(size_t condition) const {
+  const Running& running = running_[condition];
+  const BaselineCondition& baseline = *running.baseline;
+  ConditionReport report{.condition = gate_.conditions[condition].name,
+                         .trials = std::ssize(running.trials),
+                         .baseline_trials = baseline.trials,
+                         .baseline_successes = baseline.successes,
+                         .changes = running.pairs.Changes(gate_.conditions[condition].name),
+                         .effects = batch::FailureEffects(running.trials),
+                         .never_seeds = running.never_seeds};
+  report.verdict = running.never_seeds.empty() ? *running.pairs.verdict() : Verdict::kFail;
+  report.baseline_interval_95 = statistics::WilsonInterval(baseline.successes, baseline.trials);
+  report.smallest_loss_noticed =
+      statistics::LeastLossSeen({.margin = running.options.margins.success_rate,
+                                 .alpha = running.options.alpha,
+                                 .beta = running.options.beta,
+                                 .most = running.options.max_trials},
+                                0.8);
+  for (size_t i = 0; i < running.trials.size(); ++i) {
+    const batch::StoredTrial& trial = running.trials[i];
+    const batch::ComparedTrial now = batch::TrialOf(trial.record), &before = baseline.outcomes[i];
+    report.outcomes.push_back(now);
+    report.successes += now.success();
+    const bool never = std::ranges::count(running.never_seeds, now.seed) > 0;
+    if (before.success() == now.success() && !never) continue;
+    report.flips.push_back({.seed = now.seed,
+                            .lost = before.success() || never,
+                            .group = report.condition,
+                            .why = NameOf(now.success() ? before.outcome : now.outcome) +
+                                   std::string(never ? ", as none may end" : ""),
+                            .link = BundleName(report.condition, now.seed),
+                            .trial_b = trial.trial});
+  }
+  report.interval_95 = statistics::WilsonInterval(report.successes, report.trials);
+  return report;
+}
+
+GateReport GateRun::Report() const {
+  GateReport report{.description = gate_.plan.settings().description,
                     .build = system::BuildId(),
-                    .baseline_build = baseline.build,
-                    .alpha = plan.alpha,
-                    .beta = plan.beta,
-                    .alpha_covers = plan.alpha_covers,
-                    .assignments = plan.assignments};
-  for (const ConditionJudge& judge : judges) {
-    report.conditions.push_back(judge.Report());
+                    .baseline_build = baseline_build_,
+                    .alpha = gate_.settings.alpha,
+                    .beta = gate_.settings.beta,
+                    .alpha_covers = gate_.settings.alpha_covers,
+                    .assignments = gate_.assignments};
+  for (size_t i = 0; i < running_.size(); ++i) {
+    report.conditions.push_back(ReportOf(i));
     report.verdict = std::min(report.verdict, report.conditions.back().verdict);
   }
   return report;
 }
 
-Baseline MeasureBaseline(const GatePlan& plan, const GateRunner& run,
-                         const GateProgress& on_trial) {
-  system::RequireReplaceable(plan.baseline, kBaselineFile);
+Baseline GateRun::Measured() const {
   Baseline baseline;
   baseline.build = system::BuildId();
-  baseline.seed = plan.seed;
-  for (const GateCondition& condition : plan.conditions)
-    baseline.conditions.push_back({.name = condition.name,
-                                   .scenario = condition.scenario,
-                                   .settings = condition.settings,
-                                   .digest = condition.digest});
-  RunTrials(
-      plan, run, [&](size_t i) { return plan.conditions[i].max_trials; },
-      [&](size_t i, const GateTrial& trial) { baseline.conditions[i].outcomes.push_back(trial); },
-      on_trial);
-  for (BaselineCondition& c : baseline.conditions) {
+  baseline.seed = gate_.plan.settings().master_seed;
+  for (size_t i = 0; i < running_.size(); ++i) {
+    const Condition& condition = gate_.conditions[i];
+    BaselineCondition& c = baseline.conditions.emplace_back(BaselineCondition{
+        .name = condition.name, .given = condition.given, .digest = condition.digest});
+    for (const batch::StoredTrial& trial : running_[i].trials)
+      c.outcomes.push_back(batch::TrialOf(trial.record));
     c.trials = static_cast<int>(std::ssize(c.outcomes));
-    c.docked = static_cast<int>(std::ranges::count_if(c.outcomes, &GateTrial::docked));
-    c.success_rate = static_cast<double>(c.docked) / c.trials;
-    c.interval_95 = statistics::WilsonInterval(c.docked, c.trials).AsList();
+    c.successes =
+        static_cast<int>(std::ranges::count_if(c.outcomes, &batch::ComparedTrial::success));
+    c.success_rate = static_cast<double>(c.successes) / c.trials;
+    c.interval_95 = statistics::WilsonInterval(c.successes, c.trials).AsList();
   }
   return baseline;
+}
+
+batch::ResultStore OpenTrials(const std::string& file, const Gate& gate, bool anew,
+                              const batch::JobOptions& jobs,
+                              const std::function<void(const std::string&)>& say) {
+  const batch::StoreHeader now = batch::HeaderOf(gate.plan, {});
+  if (std::filesystem::exists(file)) {
+    const batch::StoreHeader before = batch::ResultStore::Read(file).header();
+    if (before.build != now.build || before.code != now.code) {
+      anew = true;
+      say(fmt::format("{}: has trials of another program ({}): begun anew", file, before.build));
+    }
+  }
+  return batch::OpenResults(file, gate.plan, {}, anew, jobs);
+}
+
+GateReport ReportOfFile(const std::string& file, const Gate& gate, const Baseline& baseline) {
+  const batch::ResultStore store = batch::ResultStore::Read(file);
+  GateRun run(gate, baseline);
+  for (batch::StoredTrial& trial : store.Trials()) {
+    const auto number = gate.plan.NumberOf(trial.parameters, trial.sample);
+    if (!number) throw ConfigError(file + ": has trials that are none of this gate");
+    trial.cell = gate.plan.Trial(*number).cell;
+    run.Add(trial);
+  }
+  GateReport report = run.Report();
+  report.build = store.header().build;
+  return report;
 }
 
 }  // namespace turbidock::gate

@@ -1,47 +1,49 @@
 #pragma once
 // Runs a gate: trials of every condition until its verdict is known, and says it for people and CI.
-// They run in worker processes, and are kept in a file so that a gate that was stopped goes on.
+//
+//   GateRun run(gate, LoadBaseline(gate.settings.baseline));
+//   run.Run(options, store);            // or feed a TrialDecider's trials by hand
+//   PrintReport(ReportOf(run.Report()));
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "experiments/batch/comparison.h"
+#include "experiments/batch/failure_effects.h"
+#include "experiments/batch/result_store.h"
 #include "experiments/batch/runner.h"
 #include "experiments/report/report.h"
+#include "experiments/statistics/intervals.h"
 #include "experiments/studies/gate/baseline.h"
 #include "experiments/studies/gate/gate_plan.h"
-#include "experiments/studies/gate/judge.h"
+#include "sim/base/result_fields.h"
 
 namespace turbidock::gate {
 
-// Called after every trial: how many there were, and how many there will be as far as is known.
-using GateProgress = std::function<void(int64_t done, int64_t wanted)>;
+struct ConditionReport {
+  std::string condition;  // its name
+  statistics::Verdict verdict = statistics::Verdict::kInconclusive;
+  int64_t trials = 0, successes = 0;
+  statistics::Interval interval_95{};  // of the success rate, Wilson, 95 %
+  int baseline_trials = 0, baseline_successes = 0;
+  statistics::Interval baseline_interval_95{};
+  // Of the success rate: the least loss that fails with a probability of 0.8 in a build that does
+  // as the old one but for what it loses. Exact.
+  std::optional<double> smallest_loss_noticed{};
+  std::vector<batch::Change> changes{};  // the success rate first; judged ones only
+  std::vector<batch::Flip> flips{};
+  std::vector<batch::FailureEffect> effects{};   // of what varies within the condition
+  std::vector<int64_t> never_seeds{};            // of trials that ended as none may
+  std::vector<batch::ComparedTrial> outcomes{};  // that the verdict rests on, in their order
 
-// Which trials a gate runs. Trial `sample * conditions + condition` is the sample-th of its
-// condition. Results may come in any order: each condition's are looked at in that of its seeds, so
-// that nothing depends on who was quicker.
-struct GateTrials {
-  std::function<std::optional<int64_t>()> next;  // one to run; each once. Nothing: no more
-  std::function<void(int64_t trial, const GateTrial&)> add;  // what came of one of these
+  TURBIDOCK_FIELDS(condition, verdict, trials, successes, interval_95, baseline_trials,
+                   baseline_successes, baseline_interval_95, smallest_loss_noticed, changes, flips,
+                   effects, never_seeds, outcomes)
 };
-
-// Runs trials until there is none to ask for. It throws when one gives no result: a crash is no
-// verdict.
-using GateRunner = std::function<void(const GateTrials& trials)>;
-
-// Runs them in worker processes. It throws Stopped when the options' stop_requested says so, and
-// SimulatorFault when a trial crashes or hangs or this machine cannot simulate: that is no verdict
-// on docking. `store`, where trials are kept, may be null; it and `plan` must outlive the runner.
-GateRunner MakeGateRunner(const GatePlan& plan, batch::RunOptions options,
-                          batch::ResultStore* store = nullptr);
-
-// The file of a gate's trials, to be gone on with. It is begun anew, which `say` tells, when its
-// trials are of another program, or with `anew`. OtherResults when a scenario or a file of it has
-// changed, ConfigError when something else is in the way.
-batch::ResultStore OpenTrials(const std::string& file, const GatePlan& plan, bool anew,
-                              const std::function<void(const std::string&)>& say);
 
 struct GateReport {
   statistics::Verdict verdict = statistics::Verdict::kPass;  // the worst of the conditions'
@@ -56,18 +58,74 @@ struct GateReport {
                    assignments, conditions)
 };
 
-// The verdict depends on the trials' results only: what was run beyond the last trial needed is
-// dropped. ConfigError for a baseline of another plan.
-GateReport RunGate(const GatePlan& plan, const Baseline& baseline, const GateRunner& run,
-                   const GateProgress& on_trial = {});
+// How far a gate is, in trials: `least` if nothing more changes, `most` if it never knows.
+struct GateProgress {
+  int64_t done = 0, least = 0, most = 0;
+};
 
-// Runs max_trials trials of every condition. ConfigError before any of them where the plan's
-// baseline must not be replaced.
-Baseline MeasureBaseline(const GatePlan& plan, const GateRunner& run,
-                         const GateProgress& on_trial = {});
+// Which trials a gate runs, and what they say. It hands out the conditions' samples in turn and
+// takes results in that order whatever order they come in, so that nothing depends on who was
+// quicker; what was run beyond the last trial needed is dropped.
+class GateRun {
+ public:
+  // Judges against a baseline; ConfigError for one of another plan or that cannot get worse by the
+  // margin. Without one all trials are run, and may become a baseline. `gate` must outlive it.
+  explicit GateRun(const Gate& gate, const std::optional<Baseline>& baseline = std::nullopt);
 
-// Of kind "gate". Seeds that no longer dock are links to BundleName.
-report::Report ReportOf(const GateReport& report);
+  // Runs trials in workers; `store` keeps them, or is null. batch::Stopped when it was asked to
+  // stop, SimulatorFault for a trial that crashed or hung: that is no verdict on docking.
+  void Run(batch::RunOptions options, batch::ResultStore* store,
+           const std::function<void(const GateProgress&)>& on_trial = {});
+
+  std::optional<int64_t> Next();              // a trial of the plan to run; each once
+  void Add(const batch::StoredTrial& trial);  // what came of one
+  GateProgress progress() const;
+  // What there is to say before the first trial: conditions that cannot pass with their trials.
+  std::vector<std::string> Remarks() const;
+
+  GateReport Report() const;
+  Baseline Measured() const;
+  // A condition's trials that count, in their order.
+  const std::vector<batch::StoredTrial>& TrialsOf(size_t condition) const {
+    return running_[condition].trials;
+  }
+
+ private:
+  struct Running {
+    std::optional<BaselineCondition> baseline;
+    batch::JudgeOptions options;
+    batch::PairedTrials pairs;
+    std::vector<batch::StoredTrial> trials;  // that count
+    std::vector<int64_t> never_seeds;
+    int64_t least = 0;  // trials that it takes if nothing changes
+  };
+
+  bool IsDone(const Running& condition) const;
+  void Take(size_t condition, const batch::StoredTrial& trial);
+  ConditionReport ReportOf(size_t condition) const;
+
+  const Gate& gate_;
+  std::string baseline_build_;
+  std::vector<Running> running_;                 // by condition
+  int64_t asked_ = 0, taken_ = 0, most_ = 0;     // in turns: sample * conditions + condition
+  std::map<int64_t, batch::StoredTrial> early_;  // by turn: results that others come before
+  bool failed_at_once_ = false;
+};
+
+// The file of a gate's trials, to be gone on with (batch::OpenResults). Trials of another program
+// are what a gate is there to tell from this one's: it is begun anew then, which `say` tells.
+batch::ResultStore OpenTrials(const std::string& file, const Gate& gate, bool anew,
+                              const batch::JobOptions& jobs,
+                              const std::function<void(const std::string&)>& say);
+
+// The trials of another build in such a file, judged as if they had been run now. ConfigError where
+// they are not the gate's.
+GateReport ReportOfFile(const std::string& file, const Gate& gate, const Baseline& baseline);
+
+// Of kind "gate"; `beside` are other builds' reports on the same baseline, by name. Seeds that
+// changed are links to BundleName.
+report::Report ReportOf(const GateReport& report,
+                        const std::vector<std::pair<std::string, GateReport>>& beside = {});
 
 // junit.xml: a test suite a condition, with one test case. A condition that fails is a failure, one
 // that is inconclusive an error.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +15,7 @@
 #include "experiments/report/report.h"
 #include "experiments/report/report_json.h"
 #include "experiments/studies/gate/gate.h"
+#include "experiments/studies/gate/real_trials.h"
 #include "experiments/studies/run/shown_trial.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/check.h"
@@ -26,8 +27,8 @@ namespace fs = std::filesystem;
 
 struct GateArguments {
   trial::Plugins plugins;
-  std::string plan, baseline, out;
-  std::vector<std::string> assignments;
+  std::string gate, baseline, out, real;
+  std::vector<std::string> assignments, beside;
   std::string gains;
   command::JobArguments jobs;
   int bundles = 5;
@@ -37,158 +38,151 @@ struct GateArguments {
 };
 
 // The file that keeps the trials until there is a baseline or, of --out, for good; else none.
-std::string TrialsFile(const GateArguments& arguments, const GatePlan& plan) {
-  if (arguments.update) return plan.baseline + ".trials.db";
+std::string TrialsFile(const GateArguments& arguments, const Gate& gate) {
+  if (arguments.update) return gate.settings.baseline + ".trials.db";
   return arguments.out.empty() ? "" : arguments.out + "/trials.db";
 }
 
-// Runs the gate's trials in worker processes and keeps them in a file, unless its name is empty.
-GateRunner RunnerOf(const GateArguments& arguments, const GatePlan& plan, const std::string& file,
-                    command::Progress* progress) {
+// Runs it in worker processes and keeps its trials in a file, unless its name is empty.
+void RunTrials(const GateArguments& arguments, const Gate& gate, GateRun* run,
+               command::Progress* progress) {
   const auto say = [progress](const std::string& text) { progress->Say("  " + text); };
-  std::shared_ptr<batch::ResultStore> store;
-  if (!file.empty()) {
-    store = std::make_shared<batch::ResultStore>(OpenTrials(file, plan, arguments.anew, say));
+  const std::string beside = arguments.out.empty() ? "" : arguments.out + "/trials";
+  const batch::RunOptions options{.jobs = arguments.jobs.For(beside, say),
+                                  .time_limit_s = gate.plan.settings().trial_time_limit_s,
+                                  .stop_requested = command::CatchStopSignals()};
+  for (const std::string& remark : gate.plan.remarks()) say(remark);
+  for (const std::string& remark : run->Remarks()) say(remark);
+  std::optional<batch::ResultStore> store;
+  if (const std::string file = TrialsFile(arguments, gate); !file.empty()) {
+    store.emplace(OpenTrials(file, gate, arguments.anew, options.jobs, say));
     if (const auto there = std::ssize(store->Done()); there > 0)
       say(fmt::format("{} trials are in {} already", there, file));
   }
-  const std::string beside = arguments.out.empty() ? "" : arguments.out + "/trials";
-  const batch::RunOptions options{.jobs = arguments.jobs.For(beside, say),
-                                  .stop_requested = command::CatchStopSignals()};
-  return [store, run = MakeGateRunner(plan, options, store.get())](const GateTrials& trials) {
-    run(trials);
-  };
+  run->Run(options, store ? &*store : nullptr, [progress](const GateProgress& now) {
+    progress->ShowDone(now.done, now.least, now.most, "trials", /*every_s=*/10);
+  });
 }
 
-GateProgress ShowOn(command::Progress* progress) {
-  return [progress](int64_t done, int64_t wanted) {
-    progress->ShowDone(static_cast<int>(done), static_cast<int>(wanted), "trials", /*every_s=*/10);
-  };
-}
-
-int UpdateBaseline(const GateArguments& arguments, const GatePlan& plan,
-                   system::OutputPlan outputs) {
-  const std::string trials = TrialsFile(arguments, plan);
-  outputs.Writes(plan.baseline, kBaselineFile).Writes(trials, system::kResultFile).Require();
+int UpdateBaseline(const GateArguments& arguments, const Gate& gate, system::OutputPlan outputs) {
+  const std::string& baseline = gate.settings.baseline;
+  const std::string trials = TrialsFile(arguments, gate);
+  outputs.Writes(baseline, kBaselineFile).Writes(trials, system::kResultFile).Require();
   command::Progress progress(arguments.quiet);
-  const Baseline now =
-      MeasureBaseline(plan, RunnerOf(arguments, plan, trials, &progress), ShowOn(&progress));
-  system::WriteWhole(plan.baseline, BaselineText(now));
+  GateRun run(gate);
+  RunTrials(arguments, gate, &run, &progress);
+  const Baseline now = run.Measured();
+  GateRun(gate, now);  // refuses what no build could be compared with
+  system::WriteWhole(baseline, BaselineText(now));
   fs::remove(trials);
   for (const BaselineCondition& c : now.conditions)
-    progress.Say(fmt::format("{}: {} of {} docked", c.name, c.docked, c.trials));
-  progress.Say("written to " + plan.baseline + ", a line a trial: a diff shows what changed");
+    progress.Say(fmt::format("{}: {} of {} succeed", c.name, c.successes, c.trials));
+  progress.Say("written to " + baseline + ", a line a trial: a diff shows what changed");
   return command::kExitDone;
 }
 
-// What it takes to look into seeds that docked before and no longer do, up to the number asked for:
-// each runs once more, with all files and, where there are cameras, a video, into
-// failures/CONDITION_SEED/.
-void WriteBundles(const GateArguments& arguments, const GatePlan& plan, const GateReport& report,
-                  command::Progress* progress) {
+// What it takes to look into seeds that were lost, up to the number asked for: each runs once more,
+// with all files and, where there are cameras, a video, into failures/CONDITION_SEED/.
+void WriteBundles(const GateArguments& arguments, const Gate& gate, const GateRun& run,
+                  const GateReport& report, command::Progress* progress) {
   int left = arguments.bundles;
   for (size_t i = 0; i < report.conditions.size(); ++i)
-    for (const GateTrial& trial : report.conditions[i].outcomes) {
-      if (std::ranges::count(report.conditions[i].newly_failing_seeds, trial.seed) == 0) continue;
+    for (const batch::Flip& flip : report.conditions[i].flips) {
+      if (!flip.lost) continue;
       if (left-- <= 0) return;
-      const GateCondition& condition = plan.conditions[i];
-      const std::string bundle =
-          arguments.failures() + "/" + BundleName(condition.name, trial.seed);
-      const trial::Scenario scenario = ScenarioOf(condition, trial.seed);
+      const std::string bundle = arguments.failures() + "/" + flip.link;
+      const trial::Scenario scenario = gate.plan.ScenarioOf(gate.plan.Trial(*flip.trial_b));
       const bool films = scenario.pose_source == trial::PoseSource::kCameras;
       const trial::TrialResult again =
           run::RunShownTrial(scenario, {.out = bundle, .video = films, .quiet = true});
       if (command::StopSignal() != 0) throw batch::Stopped();
-      if (again.digest != trial.digest)
+      const auto& trials = run.TrialsOf(i);
+      const std::string& digest =
+          std::ranges::find(trials, *flip.trial_b, &batch::StoredTrial::trial)->record.digest;
+      if (again.digest != digest)
         throw SimulatorFault(fmt::format("{}: the trial does not repeat: digest {}, in the gate {}",
-                                         bundle, again.digest, trial.digest));
-      progress->Say(fmt::format("  {}, seed {}: {}; in {}", condition.name, trial.seed,
-                                NameOf(trial.outcome), bundle));
+                                         bundle, again.digest, digest));
+      progress->Say(
+          fmt::format("  {}, seed {}: {}; in {}", flip.group, flip.seed, flip.why, bundle));
     }
 }
 
 // What a seed that changed opens in the page: how to run it, unless a bundle takes its place.
-report::Json LinksOf(const GatePlan& plan, const GateReport& report) {
+report::Json LinksOf(const GateArguments& arguments, const GateReport& report) {
   report::Json links = report::Json::object();
-  for (size_t i = 0; i < report.conditions.size(); ++i) {
-    const ConditionReport& condition = report.conditions[i];
-    std::string set;
-    for (const std::string& key : plan.conditions[i].keys)
-      set += fmt::format(" --set '{}={}'", key, config::TextOf(plan.conditions[i].resolved, key));
-    for (const std::string& assignment : plan.assignments)
-      set += fmt::format(" --set '{}'", assignment);
-    for (const GateTrial& trial : condition.outcomes) {
-      const bool fails = std::ranges::count(condition.newly_failing_seeds, trial.seed) > 0;
-      if (!fails && std::ranges::count(condition.newly_docking_seeds, trial.seed) == 0) continue;
-      const std::string name = BundleName(condition.condition, trial.seed);
-      links[name] = page::Link{
-          .title = fmt::format("{}, seed {}", condition.condition, trial.seed),
-          .trials = {{.title = fails ? "fails now" : "docks now",
-                      .outcome = NameOf(trial.outcome),
+  for (const ConditionReport& condition : report.conditions)
+    for (const batch::Flip& flip : condition.flips)
+      links[flip.link] = page::Link{
+          .title = fmt::format("{}, seed {}", flip.group, flip.seed),
+          .trials = {{.title = flip.lost ? "lost" : "gained",
+                      .outcome = flip.lost ? flip.why : NameOf(trial::Outcome::kSuccess),
                       .reason = "",
                       .note = "Its traces are not kept: the gate ran it without (--bundles).",
                       .commands = {{"The trial again, with film and all its files",
-                                    fmt::format("turbidock run {} --seed {}{} --video --out out/{}",
-                                                plan.conditions[i].scenario_file, trial.seed, set,
-                                                name)}}}}};
-    }
-  }
+                                    fmt::format("turbidock replay {}/trials.db {} --out out/{}",
+                                                arguments.out, *flip.trial_b, flip.link)}}}}};
   return links;
 }
 
 // The folder of --out, once the verdict is known.
-void WriteOut(const GateArguments& arguments, const GatePlan& plan, const GateReport& report,
-              command::Progress* progress) {
+void WriteOut(const GateArguments& arguments, const Gate& gate, const GateRun& run,
+              const GateReport& report, const report::Report& shown, command::Progress* progress) {
   const fs::path out(arguments.out);
-  const report::Report shown = ReportOf(report);
   report::Json document = report::Document(shown, report);
-  document["links"] = LinksOf(plan, report);
+  document["links"] = LinksOf(arguments, report);
   system::WriteWhole(out / "summary.json", report::JsonText(document));
   system::WriteWhole(out / "junit.xml", Junit(report));
   system::WriteWhole(out / "summary.md", report::Markdown(shown));
-  WriteBundles(arguments, plan, report, progress);
+  WriteBundles(arguments, gate, run, report, progress);
   page::Page page = page::ReportPage(document, arguments.out);
   page::AddTrialsIn(arguments.failures(), arguments.plugins, &page);
   page::WritePage((out / "report.html").string(), page);
   progress->Say("report.html, summary.json, junit.xml and summary.md in " + arguments.out);
 }
 
-int JudgeAgainstBaseline(const GateArguments& arguments, const GatePlan& plan,
+int JudgeAgainstBaseline(const GateArguments& arguments, const Gate& gate,
                          system::OutputPlan outputs) {
-  const Baseline baseline = LoadBaseline(plan.baseline);
-  RequireSamePlan(plan, baseline, plan.baseline);
-  outputs.Reads(plan.baseline);
-  const std::string trials = TrialsFile(arguments, plan);
+  const Baseline baseline = LoadBaseline(gate.settings.baseline);
+  GateRun run(gate, baseline);
+  outputs.Reads(gate.settings.baseline).Reads(arguments.real);
+  std::vector<statistics::Count> real;
+  if (!arguments.real.empty()) real = LoadRealTrials(arguments.real, gate);
+  std::vector<std::pair<std::string, GateReport>> beside;
+  for (const std::string& folder : arguments.beside) {
+    beside.emplace_back(folder, ReportOfFile(folder + "/trials.db", gate, baseline));
+    outputs.Reads(folder + "/trials.db");
+  }
   if (!arguments.out.empty()) {
     outputs.WritesInto(arguments.out, {"summary.json", "junit.xml", "summary.md"})
         .Writes(arguments.out + "/report.html", page::kPageFile)
-        .Writes(trials, system::kResultFile);
+        .Writes(TrialsFile(arguments, gate), system::kResultFile);
     if (arguments.bundles > 0) outputs.WritesInto(arguments.failures(), {});
   }
   outputs.Require();
   if (!arguments.out.empty()) system::MakeFolder(arguments.out);
   command::Progress progress(arguments.quiet);
-  const GateReport report =
-      RunGate(plan, baseline, RunnerOf(arguments, plan, trials, &progress), ShowOn(&progress));
-  command::PrintReport(ReportOf(report), report, arguments.json);
-  if (!arguments.out.empty()) WriteOut(arguments, plan, report, &progress);
+  RunTrials(arguments, gate, &run, &progress);
+  const GateReport report = run.Report();
+  report::Report shown = ReportOf(report, beside);
+  if (!arguments.real.empty()) shown.sections.push_back(RealTrialSection(real, report));
+  command::PrintReport(shown, report, arguments.json);
+  if (!arguments.out.empty()) WriteOut(arguments, gate, run, report, shown, &progress);
   if (report.verdict == statistics::Verdict::kPass) return command::kExitDone;
   return report.verdict == statistics::Verdict::kFail ? command::kExitCheckFailed
                                                       : command::kExitInconclusive;
 }
 
-int Gate(const GateArguments& arguments) {
-  GatePlan plan = LoadGatePlan(arguments.plan, arguments.plugins,
-                               trial::GivenBy(arguments.gains, arguments.assignments));
-  if (!arguments.baseline.empty()) plan.baseline = arguments.baseline;
+int RunGate(const GateArguments& arguments) {
+  Gate gate = LoadGate(arguments.gate, arguments.plugins,
+                       trial::GivenBy(arguments.gains, arguments.assignments));
+  if (!arguments.baseline.empty()) gate.settings.baseline = arguments.baseline;
   system::OutputPlan outputs;  // with what the gate reads
-  outputs.Reads(arguments.plan);
-  for (const GateCondition& condition : plan.conditions) outputs.Reads(condition.scenario_file);
+  outputs.Reads(arguments.gate).Reads(gate.plan.files());
   try {
-    return arguments.update ? UpdateBaseline(arguments, plan, outputs)
-                            : JudgeAgainstBaseline(arguments, plan, outputs);
+    return arguments.update ? UpdateBaseline(arguments, gate, outputs)
+                            : JudgeAgainstBaseline(arguments, gate, outputs);
   } catch (const batch::Stopped&) {
-    const std::string trials = TrialsFile(arguments, plan);
+    const std::string trials = TrialsFile(arguments, gate);
     command::Progress(arguments.quiet)
         .Say(trials.empty()
                  ? "stopped: without --out no trial is kept"
@@ -200,17 +194,23 @@ int Gate(const GateArguments& arguments) {
 }  // namespace
 
 void AddGate(command::CommandLine& line) {
-  auto [gate, arguments] =
-      line.Add("gate", "Compare docking with a committed baseline: pass, fail or neither", &Gate);
+  auto [gate, arguments] = line.Add(
+      "gate", "Compare docking with a committed baseline: pass, fail or neither", &RunGate);
   arguments.plugins = line.plugins();
   gate.Footer(
       "Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive: the trials allowed are spent,\n"
       "4 a trial could not be run.");
-  gate.Add("gate", arguments.plan, "The gate's YAML file").Required();
+  gate.Add("gate", arguments.gate, "A gate's YAML file or the name of a bundled one").Required();
   gate.Add("--baseline", arguments.baseline, "Another baseline file than the gate's");
   const command::Option out =
       gate.Add("--out", arguments.out,
                "Folder for report.html, summary.json, junit.xml, summary.md, failures/");
+  const command::Option beside =
+      gate.Add("--beside FOLDER,...", arguments.beside,
+               "Folders of --out by other builds: show them side by side");
+  const command::Option real = gate.Add(
+      "--real FILE.csv", arguments.real,
+      "Real trials (condition,success: a row a trial): what rate to expect of the vehicle");
   arguments.jobs.AddTo(&gate, "Processes that run trials");
   const command::Option set = gate.AddSet(
       arguments.assignments, "Set one scenario key in every condition, as if the build had it so");
@@ -222,10 +222,11 @@ void AddGate(command::CommandLine& line) {
   command::Option update =
       gate.Flag("--update", arguments.update, "Measure the baseline anew and write it");
   const command::Option json =
-      gate.Flag("--json", arguments.json, "Print the report as JSON on stdout: summary.json");
+      gate.Flag("--json", arguments.json, "Print the report as JSON on stdout");
   gate.AddAnew(arguments.anew);
   gate.AddQuiet(arguments.quiet);
-  for (const command::Option& option : {out, set, gains, bundles, json}) update.Excludes(option);
+  for (const command::Option& option : {out, beside, real, set, gains, bundles, json})
+    update.Excludes(option);
 }
 
 }  // namespace turbidock::gate

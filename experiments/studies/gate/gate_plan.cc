@@ -1,126 +1,126 @@
 #include "experiments/studies/gate/gate_plan.h"
 
-#include <fmt/ranges.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <set>
 
-#include "experiments/batch/plan_keys.h"
 #include "experiments/config/data_files.h"
-#include "experiments/config/yaml_fields.h"
+#include "experiments/config/nearest_name.h"
 #include "sim/base/check.h"
 #include "sim/base/digest.h"
-#include "sim/base/random.h"
 
 namespace turbidock::gate {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kSetKey = "set";
+constexpr const char *kConditionsKey = "conditions", *kNeverKey = "never";
 
-GateCondition ReadCondition(const config::YamlNode& node, const GatePlan& plan,
-                            const trial::Plugins& plugins,
-                            const std::vector<config::Assignment>& given_to_all,
-                            config::Origins* origins) {
-  if (!node.IsMap()) node.Fail("must be a group of keys");
-  GateCondition condition;
-  static_cast<JudgeOptions&>(condition) = plan;
-  config::ReadFields(node, &condition, origins, {kSetKey});
-  if (condition.name.empty()) node.Fail("a condition needs a name");
-  if (condition.scenario.empty()) node.Fail("a condition needs a scenario");
-  std::vector<config::Assignment> given;
-  std::vector<std::string> settings;
-  if (const auto set = node.Find(kSetKey)) {
-    batch::VariedKeys keys;
-    for (const auto& [key, value] : set->Entries()) {
-      keys.RequireNew(key, value);
-      keys.Add(key, value);
-      given.push_back({key, value});
-      condition.keys.push_back(key);
-      settings.push_back(key + "=" + value.OneLine());
+void ReadSettings(const config::YamlNode& node, auto* settings, config::Origins* origins) {
+  config::ReadFields(node, settings, origins, {kConditionsKey, kNeverKey});
+  const auto never = node.Find(kNeverKey);
+  if (!never) return;
+  if (!never->IsList()) never->Fail("must be a list of outcomes");
+  settings->never.clear();
+  for (const config::YamlNode& outcome : never->Elements()) {
+    config::ReadValue(outcome, &settings->never.emplace_back());
+    if (settings->never.back() == trial::Outcome::kSuccess)
+      outcome.Fail("'success' is what a gate is for");
+  }
+}
+
+// Of what the plan says of a cell, and of what that reads. What the program itself brings along may
+// change: that is what the gate is for.
+std::string DigestOfCell(const batch::Plan& plan, int64_t cell, const batch::CellText& text) {
+  Digest digest;
+  digest.Add(text.given);
+  digest.Add(config::LoadYaml(text.scenario_file).OneLine());
+  for (const trial::ModelFile& file : plan.ScenarioOf(plan.FirstOf(cell)).model_files)
+    if (fs::path(file.file).is_absolute()) digest.Add(file.content);
+  return digest.Hex();
+}
+
+// The conditions with what they have of their own; `measured` is the plan without what the command
+// line gives.
+std::vector<Condition> ConditionsOf(const batch::Plan& measured, const GateSettings& settings,
+                                    const config::YamlNode& group, config::Origins* origins) {
+  std::vector<Condition> conditions;
+  std::vector<std::string> names;
+  for (int64_t cell = 0; cell < measured.cells(); ++cell) {
+    const batch::CellText text = measured.TextOf(cell);
+    names.push_back(text.name);
+    conditions.push_back({.name = text.name,
+                          .given = text.given,
+                          .digest = DigestOfCell(measured, cell, text),
+                          .settings = settings});
+  }
+  if (const auto own = group.Find(kConditionsKey))
+    for (const auto& [name, node] : own->Entries()) {
+      const auto found = std::ranges::find(names, name) - names.begin();
+      if (found == std::ssize(names))
+        node.Fail("the plan has no condition '" + name + "'" + config::DidYouMean(name, names));
+      if (node.Find(kConditionsKey)) node.Fail("has no conditions of its own");
+      ReadSettings(node, &conditions[static_cast<size_t>(found)].settings, origins);
     }
-    condition.settings = fmt::format("{}", fmt::join(settings, " "));
+  int tests = 0;
+  for (Condition& condition : conditions) {
+    int& most = condition.settings.max_trials;
+    if (most == 0) most = measured.settings().seeds;
+    if (most > measured.settings().seeds)
+      group.Fail(fmt::format("condition '{}': max_trials {} is more than the plan's {} seeds",
+                             condition.name, most, measured.settings().seeds));
+    tests += condition.settings.margins.tests();
   }
-  const auto require_no_seed = [](const config::Assignment& each) {
-    if (each.key == "seed")
-      each.value.Fail("the gate gives each trial its seed; set the gate's own `seed`");
-  };
-  std::ranges::for_each(given, require_no_seed);
-  std::ranges::for_each(given_to_all, require_no_seed);
-
-  std::error_code ignored;
-  const fs::path beside = fs::path(node.file).parent_path() / condition.scenario;
-  try {
-    condition.scenario_file =
-        fs::is_regular_file(beside, ignored)
-            ? beside.string()
-            : config::FindBundled("scenarios", "scenario", condition.scenario);
-    Digest digest;
-    digest.Add(config::LoadYaml(condition.scenario_file).OneLine());
-    for (const std::string& setting : settings) digest.Add(setting);
-    condition.resolved = trial::LoadScenario(condition.scenario_file, given, plugins);
-    // What the program itself brings along may change: that is what the gate is for.
-    for (const trial::ModelFile& file : trial::ModelFilesOf(condition.resolved))
-      if (fs::path(file.file).is_absolute()) digest.Add(file.content);
-    condition.digest = digest.Hex();
-    if (!given_to_all.empty()) trial::Resolve(given_to_all, &condition.resolved);
-    condition.resolved.model_files = trial::ModelFilesOf(condition.resolved);
-  } catch (const ConfigError& error) {
-    if (std::string(error.what()).starts_with(node.file + ":")) throw;
-    node.Fail(error.what());
-  }
-  return condition;
+  for (Condition& condition : conditions)
+    condition.tests = settings.alpha_covers == AlphaCovers::kGate ? tests
+                      : settings.alpha_covers == AlphaCovers::kCondition
+                          ? condition.settings.margins.tests()
+                          : 1;
+  return conditions;
 }
 
 }  // namespace
 
-void GatePlan::Check(const std::string&) const {
-  if (conditions.empty()) throw ConfigError("conditions", "a gate needs a condition");
-  std::set<std::string> names;
-  for (const GateCondition& condition : conditions)
-    if (!names.insert(condition.name).second)
-      throw ConfigError("conditions", "two conditions are named '" + condition.name + "'");
-}
-
-JudgeOptions GatePlan::OptionsFor(const GateCondition& condition) const {
-  int tests = alpha_covers == AlphaCovers::kCondition ? condition.margins.tests() : 1;
-  if (alpha_covers == AlphaCovers::kGate) {
-    tests = 0;
-    for (const GateCondition& each : conditions) tests += each.margins.tests();
-  }
-  JudgeOptions options = condition;
-  options.alpha /= tests;
-  return options;
-}
-
-int64_t GatePlan::SeedOf(int trial) const {
-  return SeedTree(static_cast<uint64_t>(seed)).TrialSeed(trial);
-}
-
-trial::Scenario ScenarioOf(const GateCondition& condition, int64_t trial_seed) {
-  trial::Scenario scenario = condition.resolved;
-  trial::Resolve({config::ParseAssignment(fmt::format("seed={}", trial_seed))}, &scenario);
-  return scenario;
-}
-
-GatePlan LoadGatePlan(const std::string& file, const trial::Plugins& plugins,
-                      const std::vector<config::Assignment>& given) {
-  GatePlan plan;
-  plan.assignments = config::TextsOf(given);
-  config::Origins origins;
+Gate LoadGate(const std::string& name, const trial::Plugins& plugins,
+              const std::vector<config::Assignment>& given) {
+  const std::string file = config::FindBundled("gates", "gate", name);
   const config::YamlNode node = config::LoadYaml(file);
-  config::ReadFields(node, &plan, &origins, {"conditions"});
-  for (const char* key : {"schema_version", "baseline", "conditions"})
-    if (!node.Find(key)) throw ConfigError(file + ": " + key + ": this key is required");
-  const config::YamlNode list = *node.Find("conditions");
-  if (!list.IsList()) list.Fail("must be a list of groups");
-  for (const config::YamlNode& element : list.Elements())
-    plan.conditions.push_back(ReadCondition(element, plan, plugins, given, &origins));
-  config::CheckSettings(plan, origins);
-  plan.baseline = (fs::path(file).parent_path() / plan.baseline).lexically_normal().string();
-  return plan;
+  const batch::PlanOverrides overrides{
+      .plugins = plugins, .refused = {{"precision", "a gate runs until its own tests know"}}};
+  const batch::Plan measured(node, overrides);
+  const auto group = node.Find("gate");
+  if (!group)
+    throw ConfigError(file + ": gate: this key is required: a gate's baseline and margins");
+  GateSettings settings;
+  config::Origins origins;
+  ReadSettings(*group, &settings, &origins);
+  if (settings.baseline.empty()) group->Fail("needs the key baseline");
+  std::vector<Condition> conditions = ConditionsOf(measured, settings, *group, &origins);
+  config::CheckSettings(settings, origins);
+  settings.baseline =
+      (fs::path(file).parent_path() / settings.baseline).lexically_normal().string();
+  if (given.empty()) return {settings, measured, std::move(conditions), {}};
+  batch::PlanOverrides with_given = overrides;
+  with_given.assignments = given;
+  return {settings, batch::Plan(node, with_given), std::move(conditions), config::TextsOf(given)};
+}
+
+std::vector<config::KeyDoc> GateKeys() {
+  std::vector<config::KeyDoc> keys = config::ListKeys<GateSettings>();
+  keys.push_back({.key = kNeverKey,
+                  .type = "list of outcomes",
+                  .value = "[]",
+                  .range = "",
+                  .doc = "outcomes of which a single trial fails the gate at once"});
+  keys.push_back({.key = kConditionsKey,
+                  .type = "map of names",
+                  .value = "{}",
+                  .range = "",
+                  .doc =
+                      "of a condition, in place of the gate's: alpha, beta, max_trials, margins, "
+                      "never"});
+  return keys;
 }
 
 }  // namespace turbidock::gate

@@ -22,31 +22,30 @@ Tone ToneOf(Verdict verdict) {
   return verdict == Verdict::kPass ? Tone::kGood : Tone::kBad;
 }
 
-std::string Points(const std::optional<double>& share) {
-  return share ? fmt::format("{:.1f} points", 100 * *share) : "none";
+std::string Percent(double rate) { return report::Digits(100 * rate) + " %"; }
+
+std::string RateText(int64_t successes, int64_t trials, const statistics::Interval& interval) {
+  if (trials == 0) return "-";
+  return fmt::format("{} [{}, {}]",
+                     Percent(static_cast<double>(successes) / static_cast<double>(trials)),
+                     report::Digits(100 * interval.low, 3), report::Digits(100 * interval.high, 3));
 }
 
-// A measure's value for people: "12.3 s", 0.0045 m as "4.5 mm", a rate of 0.95 as "95 %".
-std::string Shown(const MeasureReport& measure, const std::optional<double>& value) {
-  if (!value) return "none";
-  if (measure.unit.empty()) return report::Digits(100 * *value) + " %";
-  if (measure.unit == "m") return report::Digits(1000 * *value) + " mm";
-  return report::Digits(*value) + " " + measure.unit;
-}
-
-std::string ShownMargin(const MeasureReport& m) {
-  return (m.less_is_worse ? "-" : "+") + (m.unit.empty() ? Points(m.margin) : Shown(m, m.margin));
-}
-
-// The measures that made the condition's verdict: "success rate 95 % -> 80 %, worse in 6 of 31
-// trials, better in 0".
+// What made the condition's verdict: "success 95 % -> 80 %, worse in 6 of 31 pairs, better in 0".
 std::string Reasons(const ConditionReport& condition) {
   std::vector<std::string> reasons;
-  for (const MeasureReport& m : condition.measures)
-    if (m.verdict == condition.verdict)
-      reasons.push_back(fmt::format("{} {} -> {}, worse in {} of {} trials, better in {}",
-                                    m.measure, Shown(m, m.before), Shown(m, m.now), m.worse,
-                                    m.compared, m.better));
+  for (const int64_t seed : condition.never_seeds)
+    reasons.push_back(fmt::format("seed {} ended as none may", seed));
+  for (const batch::Change& c : condition.changes) {
+    if (c.verdict != condition.verdict) continue;
+    const report::Quantity quantity = batch::QuantityOf(c.measure);
+    const auto text = [&](const std::optional<double>& value) {
+      return value ? quantity.Text(report::Digits(*value * quantity.factor)) : "none";
+    };
+    reasons.push_back(fmt::format("{} {} -> {}, worse in {} of {} pairs, better in {}",
+                                  quantity.label, text(c.a), text(c.b), c.worse, c.pairs,
+                                  c.better));
+  }
   return fmt::format("{}", fmt::join(reasons, "; "));
 }
 
@@ -55,30 +54,28 @@ report::Verdict VerdictOf(const GateReport& report) {
   if (report.verdict == Verdict::kFail) reason = "At least one measure got worse.";
   if (report.verdict == Verdict::kInconclusive)
     reason = "The trials allowed were spent before it was known.";
+  for (const ConditionReport& c : report.conditions) {
+    if (!c.never_seeds.empty()) reason = "A trial ended as none may: the gate failed at once.";
+  }
   for (const ConditionReport& c : report.conditions)
-    if (c.verdict != Verdict::kPass) reason += fmt::format(" {}: {}.", c.condition, Reasons(c));
+    if (c.verdict == report.verdict && c.verdict != Verdict::kPass && !Reasons(c).empty())
+      reason += fmt::format(" {}: {}.", c.condition, Reasons(c));
   return {NameOf(report.verdict), ToneOf(report.verdict), reason};
 }
 
 std::vector<report::Fact> FactsOf(const GateReport& report) {
-  int trials = 0;
-  size_t failing = 0;
-  std::vector<std::string> losses;
+  int64_t trials = 0, lost = 0;
   for (const ConditionReport& c : report.conditions) {
     trials += c.trials;
-    failing += c.newly_failing_seeds.size();
-    losses.push_back(Points(c.least_loss_seen));
+    lost += std::ranges::count(c.flips, true, &batch::Flip::lost);
   }
   std::vector<report::Fact> facts = {
       {"trials", std::to_string(trials), "that the verdict rests on"},
-      {"no longer dock", std::to_string(failing), "seeds that docked in the baseline"},
+      {"lost", std::to_string(lost), "seeds that succeeded in the baseline"},
       {"alpha", fmt::format("{:g}", report.alpha),
        fmt::format("chance to fail by mistake, of each {}", NameOf(report.alpha_covers))},
       {"beta", fmt::format("{:g}", report.beta),
        "chance to pass by mistake a condition that is worse by its margin"},
-      {"would have seen", fmt::format("{}", fmt::join(losses, ", ")),
-       "less success, in the conditions' order, with 80 % power"},
-      {"not varied", "all scenario keys", "within a condition only the seed is"},
       {"build", report.build},
       {"baseline", report.baseline_build}};
   if (!report.assignments.empty())
@@ -87,45 +84,51 @@ std::vector<report::Fact> FactsOf(const GateReport& report) {
   return facts;
 }
 
-Section Measures(const GateReport& report) {
-  report::Table table({"<condition", "<measure", "<verdict", "after", "baseline", "now", "margin",
-                       "trials", "worse", "better"});
-  for (const ConditionReport& c : report.conditions)
-    for (const MeasureReport& m : c.measures)
-      table.Row({c.condition,
-                 m.measure,
-                 {NameOf(m.verdict), ToneOf(m.verdict)},
-                 m.decided_after_trials ? std::to_string(*m.decided_after_trials) : "-",
-                 Shown(m, m.before),
-                 Shown(m, m.now),
-                 ShownMargin(m),
-                 std::to_string(m.compared),
-                 std::to_string(m.worse),
-                 std::to_string(m.better)});
-  return {.title = "Measures",
-          .note =
-              "Margin: the change for the worse that matters. After: the trials of the "
-              "condition after which the verdict was known.",
+Section ConditionSection(const GateReport& report) {
+  report::Table table({"<condition", "<verdict", "trials", "success [95 %]", "baseline, same seeds",
+                       "baseline, all", "smallest loss noticed"});
+  for (const ConditionReport& c : report.conditions) {
+    const std::optional<double>& before = c.changes.front().a;
+    table.Row({c.condition,
+               {NameOf(c.verdict), ToneOf(c.verdict)},
+               std::to_string(c.trials),
+               RateText(c.successes, c.trials, c.interval_95),
+               before ? Percent(*before) : "-",
+               RateText(c.baseline_successes, c.baseline_trials, c.baseline_interval_95),
+               c.smallest_loss_noticed
+                   ? fmt::format("{:.1f} points", 100 * *c.smallest_loss_noticed)
+                   : "none"});
+  }
+  return {.title = "Conditions",
+          .note = "Smallest loss noticed: of success, with a probability of 80 %.",
           .table = table};
 }
 
-Section ChangedSeeds(const GateReport& report) {
-  Section section{.title = "Seeds that changed"};
-  report::Table table({"<condition", "seed", "<change", "<outcome now"});
-  for (const ConditionReport& c : report.conditions)
-    for (const GateTrial& trial : c.outcomes) {
-      const report::Cell seed(std::to_string(trial.seed), Tone::kNone,
-                              BundleName(c.condition, trial.seed));
-      if (std::ranges::count(c.newly_failing_seeds, trial.seed) > 0)
-        table.Row({c.condition, seed, {"fails now", Tone::kBad}, NameOf(trial.outcome)});
-      else if (std::ranges::count(c.newly_docking_seeds, trial.seed) > 0)
-        table.Row({c.condition, seed, {"docks now", Tone::kGood}, NameOf(trial.outcome)});
-    }
-  if (table.rows().empty())
-    section.lines = {"None: every seed ended as in the baseline."};
-  else
-    section.table = table;
-  return section;
+// A column a build, all judged against the same baseline.
+Section BuildSection(const GateReport& report,
+                     const std::vector<std::pair<std::string, GateReport>>& beside) {
+  std::vector<std::pair<std::string, const GateReport*>> builds = {{"this build", &report}};
+  for (const auto& [name, other] : beside) builds.emplace_back(name, &other);
+  std::vector<std::string> titles = {"<condition"};
+  for (const auto& [name, of] : builds) titles.push_back("<" + name);
+  report::Table table(titles);
+  const auto add = [&](const std::string& what, const auto& cell_of) {
+    std::vector<report::Cell> row = {what};
+    for (const auto& [name, of] : builds) row.push_back(cell_of(*of));
+    table.Row(row);
+  };
+  add("verdict",
+      [](const GateReport& of) { return report::Cell(NameOf(of.verdict), ToneOf(of.verdict)); });
+  for (size_t i = 0; i < report.conditions.size(); ++i)
+    add(report.conditions[i].condition, [i](const GateReport& of) {
+      const ConditionReport& c = of.conditions[i];
+      return report::Cell(fmt::format("{}: {} of {}", NameOf(c.verdict), c.successes, c.trials),
+                          ToneOf(c.verdict));
+    });
+  add("program", [](const GateReport& of) { return report::Cell(of.build); });
+  return {.title = "Builds side by side",
+          .note = "Each against the same baseline; successes of the trials that it took.",
+          .table = table};
 }
 
 }  // namespace
@@ -137,13 +140,30 @@ std::string BundleName(const std::string& condition, int64_t seed) {
   return fmt::format("{}_{}", name, seed);
 }
 
-report::Report ReportOf(const GateReport& report) {
-  return {.kind = "gate",
-          .title = report.description.empty() ? "docking gate" : report.description,
-          .build = report.build,
-          .verdict = VerdictOf(report),
-          .facts = FactsOf(report),
-          .sections = {Measures(report), ChangedSeeds(report)}};
+report::Report ReportOf(const GateReport& report,
+                        const std::vector<std::pair<std::string, GateReport>>& beside) {
+  std::vector<batch::Change> changes;
+  std::vector<batch::Flip> flips;
+  for (const ConditionReport& c : report.conditions) {
+    changes.insert(changes.end(), c.changes.begin(), c.changes.end());
+    flips.insert(flips.end(), c.flips.begin(), c.flips.end());
+  }
+  const batch::Sides sides{.a = "baseline", .b = "now"};
+  report::Report shown{.kind = "gate",
+                       .title = report.description.empty() ? "docking gate" : report.description,
+                       .build = report.build,
+                       .verdict = VerdictOf(report),
+                       .facts = FactsOf(report),
+                       .sections = {ConditionSection(report)}};
+  if (!beside.empty()) shown.sections.push_back(BuildSection(report, beside));
+  shown.sections.push_back(batch::ChangeSection(changes, sides));
+  shown.sections.push_back(batch::FlipSection(flips, sides));
+  for (const ConditionReport& c : report.conditions)
+    if (auto section = batch::FailureSection(c.effects)) {
+      section->title += ": " + c.condition;
+      shown.sections.push_back(*section);
+    }
+  return shown;
 }
 
 std::string Junit(const GateReport& report) {

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "experiments/command/command_line.h"
@@ -31,12 +30,7 @@ int Calibrate(const CalibrateArguments& arguments) {
   const std::string plan_file =
       arguments.plan.empty() ? config::AssetPath("calibration.yaml") : arguments.plan;
   const CalibrationPlan plan = LoadCalibrationPlan(plan_file);
-  std::vector<TableRow> tables;
-  for (const auto& [marker, path] : {std::pair(MarkerKind::kActive, arguments.active),
-                                     std::pair(MarkerKind::kPassive, arguments.passive)})
-    for (const TableRow& row :
-         path.empty() ? PublishedTable(marker) : ReadRecognitionTable(path, marker))
-      tables.push_back(row);
+  const std::vector<TableRow> tables = ReadTables(arguments.active, arguments.passive);
   const std::string file = arguments.out.empty() ? "" : arguments.out + ".evaluations.sqlite";
   system::OutputPlan()
       .Reads({plan_file, arguments.active, arguments.passive})

@@ -172,7 +172,8 @@ CalibrationExperiment ExperimentOf(const CalibrationPlan& plan,
     // The search must begin with what can be.
     const RecognitionCell& cell = experiment.rows.back().cell;
     const trial::Scenario start = RecognitionScenario(cell.marker, plan.Assignments(plan.Start()));
-    CamerasOf(ViewOf(start, cell), start, cell);
+    const trial::FixedView view = ViewOf(start, cell);
+    CamerasOf(view, WaterOf(view, start, cell), start, cell);
   }
   return experiment;
 }
@@ -246,7 +247,7 @@ Evaluation Evaluate(const CalibrationExperiment& experiment,
     if (rows.empty()) continue;
     const std::vector<CellResult> results = RunCellsNearTruth(scenario, rows, experiment.plan);
     for (const CellResult& result : results) evaluation.fitness.push_back(result.fitness_mean);
-    for (const Constraint& c : TableConstraints(marker, Compare(results, rows)))
+    for (const Constraint& c : TableConstraints(marker, *Compare(results, rows)))
       evaluation.constraints.push_back(c);
   }
   evaluation.misfit = Misfit(evaluation.constraints);

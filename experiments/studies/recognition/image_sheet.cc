@@ -8,7 +8,8 @@
 #include "experiments/media/canvas.h"
 #include "experiments/media/png.h"
 #include "experiments/studies/recognition/recognition.h"
-#include "sim/base/units.h"
+#include "experiments/studies/recognition/table.h"
+#include "experiments/trial/world.h"
 #include "vision/overlay.h"
 
 namespace turbidock::recognition {
@@ -19,9 +20,11 @@ constexpr int kCellWidth = 2 * kImageWidth + 2 * kGap, kCellHeight = kImageHeigh
 constexpr Rgb kText{220, 226, 232};
 
 StereoImage LastImageOf(const trial::Scenario& scenario, const CellResult& result) {
-  const trial::FixedView view = ViewOf(scenario, result.cell);
+  const trial::FixedView view =
+      trial::DrawFixedViews(scenario, {trial::StartPose(scenario).Inverse()}).front();
   StereoImage image;
-  CamerasOf(view, scenario, result.cell).ExposeHeld(std::ssize(result.fitness) - 1, &image);
+  CamerasOf(view, trial::WaterOf(view, scenario), scenario, result.cell)
+      .ExposeHeld(std::ssize(result.fitness) - 1, &image);
   return image;
 }
 
@@ -70,23 +73,31 @@ void DrawCell(const trial::Scenario& scenario, const CellResult& r, const Stereo
 
 }  // namespace
 
-void WriteImageSheet(const std::string& path, const trial::Scenario& scenario, MarkerKind marker,
+void WriteImageSheet(const std::string& path, const batch::Plan& plan, MarkerKind marker,
                      const std::vector<CellResult>& results) {
   constexpr int kMostColumns = 5;
-  std::map<double, int> left, top;  // of columns by milk, of rows by distance
-  for (const CellResult& r : results)
-    if (r.cell.marker == marker) left[r.cell.milk_ml_m3] = top[r.cell.distance_m] = 0;
+  const Columns columns = ColumnsOf(results, {}).at(marker);
+  std::map<double, int> left;  // of columns by milk
+  for (const Column& column : columns)
+    for (const auto& [milk, cell] : column.cells) left[milk] = 0;
   const auto stride = 1 + (static_cast<int>(left.size()) - 1) / kMostColumns;
   std::erase_if(left, [&, i = 0](const auto&) mutable { return i++ % stride != 0; });
   int width = kSide, height = kHead;
   for (auto& [milk, x] : left) x = std::exchange(width, width + kCellWidth);
-  for (auto& [distance_m, y] : top) y = std::exchange(height, height + kCellHeight);
-  std::vector<CellResult> shown;
+  struct Shown {
+    const CellResult* result;
+    trial::Scenario scenario;
+    int x, y;
+  };
+  std::vector<Shown> shown;
   std::vector<StereoImage> images;
-  for (const CellResult& r : results) {
-    if (r.cell.marker != marker || !left.contains(r.cell.milk_ml_m3)) continue;
-    shown.push_back(r);
-    images.push_back(LastImageOf(scenario, r));
+  for (const Column& column : columns) {
+    for (const auto& [milk, r] : column.cells) {
+      if (!left.contains(milk)) continue;
+      shown.push_back({&r, plan.ScenarioOf(plan.Trial(r.trial)), left.at(milk), height});
+      images.push_back(LastImageOf(shown.back().scenario, r));
+    }
+    height += kCellHeight;
   }
   Stretch(&images);
 
@@ -95,12 +106,11 @@ void WriteImageSheet(const std::string& path, const trial::Scenario& scenario, M
   for (const auto& [milk, x] : left)
     sheet.Text({x + kCellWidth / 2.0, 18}, fmt::format("{:g} ml/m³", milk), 16, kText,
                media::Align::kCenter, true);
-  for (const auto& [distance_m, y] : top)
-    sheet.Text({8, y + kImageHeight / 2.0}, fmt::format("{:g} mm", units::MmFromM(distance_m)), 16,
-               kText);
+  for (size_t i = 0; i < columns.size(); ++i)
+    sheet.Text({8, kHead + static_cast<double>(i) * kCellHeight + kImageHeight / 2.0},
+               columns[i].name, 16, kText);
   for (size_t i = 0; i < shown.size(); ++i)
-    DrawCell(scenario, shown[i], images[i], left.at(shown[i].cell.milk_ml_m3),
-             top.at(shown[i].cell.distance_m), &sheet);
+    DrawCell(shown[i].scenario, *shown[i].result, images[i], shown[i].x, shown[i].y, &sheet);
   media::WritePng(path, sheet.ToImage());
 }
 

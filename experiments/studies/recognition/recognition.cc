@@ -6,16 +6,35 @@
 #include <cmath>
 #include <utility>
 
+#include "experiments/batch/runner.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/system/build_info.h"
+#include "experiments/trial/identity.h"
 #include "experiments/trial/trial_view.h"
+#include "experiments/trial/world.h"
 
 namespace turbidock::recognition {
 namespace {
 
-CellResult RunCell(const trial::Scenario& scenario, const RecognitionCell& cell, double seconds,
-                   double settle_s) {
-  const trial::FixedView view = ViewOf(scenario, cell);
-  camera::StereoCamera cameras = CamerasOf(view, scenario, cell);
+constexpr const char* kMilk = "water.milk_ml_m3";
+
+// A trial's cell of the grid, without the milk.
+std::string NameOfCell(const batch::TrialSpec& spec, const batch::Plan& plan) {
+  std::string name;
+  for (size_t i = 0; i < plan.grid().size(); ++i) {
+    const auto& [key, value] = spec.parameters[i];
+    if (key == kMilk) continue;
+    const bool is_name = key == "case" || key == "scenario";
+    name += (name.empty() ? "" : ", ") + (is_name ? value : key + " " + value);
+  }
+  return name;
+}
+
+CellResult RunCell(const trial::Scenario& scenario, double seconds, double settle_s) {
+  const RecognitionCell cell = CellOf(scenario);
+  const trial::FixedView view =
+      trial::DrawFixedViews(scenario, {trial::StartPose(scenario).Inverse()}).front();
+  camera::StereoCamera cameras = CamerasOf(view, trial::WaterOf(view, scenario), scenario, cell);
   const std::string name = scenario.estimator_name();
   const auto estimator =
       scenario.MakeEstimator(name, SeedsOf(scenario, cell).Stream("vision." + name));
@@ -71,6 +90,13 @@ trial::Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::st
   return scenario;
 }
 
+RecognitionCell CellOf(const trial::Scenario& scenario) {
+  constexpr double kSteps_per_m = 1e4;  // so that a distance is that of a table
+  return {scenario.light.ball_lights.enabled ? MarkerKind::kActive : MarkerKind::kPassive,
+          scenario.light.water.milk_ml_m3,
+          std::round(trial::StartPose(scenario).p.norm() * kSteps_per_m) / kSteps_per_m};
+}
+
 trial::FixedView ViewOf(const trial::Scenario& scenario, const RecognitionCell& cell) {
   return trial::DrawFixedViews(scenario, {Pose::Translation(cell.distance_m, 0, 0)}).front();
 }
@@ -95,18 +121,20 @@ camera::StereoCamera CamerasOf(const trial::FixedView& view, light::Water water,
   return trial::HoldView(view, std::move(water), scenario, SeedsOf(scenario, cell));
 }
 
-camera::StereoCamera CamerasOf(const trial::FixedView& view, const trial::Scenario& scenario,
-                               const RecognitionCell& cell) {
-  return CamerasOf(view, WaterOf(view, scenario, cell), scenario, cell);
+std::vector<batch::PlanKey> RefusedKeys() {
+  return {{"precision", "recognition has no success rate; give --seeds"},
+          {"series_every_frames", "the vehicle is at rest: there is no log"}};
 }
 
 batch::Work CellWork(const trial::Plugins& plugins) {
   return {"recognition cell", [plugins](const std::string& input) {
             const report::Json json = report::ParseJson(input, "a cell");
-            const CellResult result =
-                RunCell(trial::ParseScenario(json["scenario"], "a cell", plugins),
-                        json["cell"].get<RecognitionCell>(), json["seconds"], json["settle_s"]);
-            return report::JsonLine({{"error_m", result.position_error_mean_m},
+            const trial::Scenario scenario =
+                trial::ParseScenario(json["scenario"], "a cell", plugins);
+            trial::RequireSameFiles(scenario);
+            const CellResult result = RunCell(scenario, json["seconds"], json["settle_s"]);
+            return report::JsonLine({{"cell", result.cell},
+                                     {"error_m", result.position_error_mean_m},
                                      {"right", result.right},
                                      {"wrong_and_sure", result.wrong_and_sure},
                                      {"fitness", result.fitness},
@@ -115,32 +143,47 @@ batch::Work CellWork(const trial::Plugins& plugins) {
           }};
 }
 
-std::vector<CellResult> RunCells(const Scenarios& scenarios,
-                                 const std::vector<RecognitionCell>& cells,
-                                 const RecognitionOptions& options) {
+std::vector<CellResult> Recognize(const batch::Plan& plan, const RecognitionOptions& options) {
+  const report::Json time = {{"seconds", options.seconds}, {"settle_s", options.settle_s}};
   std::vector<std::string> inputs;
-  for (const RecognitionCell& cell : cells)
-    inputs.push_back(report::JsonLine({{"scenario", trial::SaveScenario(scenarios.at(cell.marker))},
-                                       {"cell", cell},
-                                       {"seconds", options.seconds},
-                                       {"settle_s", options.settle_s}}));
-  std::vector<CellResult> results(cells.size());
+  std::vector<CellResult> results;
+  for (int64_t trial = 0; trial < plan.trials(); ++trial) {
+    const batch::TrialSpec spec = plan.Trial(trial);
+    const trial::Scenario scenario = plan.ScenarioOf(spec);
+    if (scenario.pose_source != trial::PoseSource::kCameras)
+      throw ConfigError("pose_source", "must be cameras: the marker is recognised in images");
+    report::Json input = time;
+    input["scenario"] = trial::SaveScenario(scenario);
+    inputs.push_back(report::JsonLine(input));
+    results.push_back({.cell = {}, .trial = trial, .name = NameOfCell(spec, plan)});
+  }
+  std::optional<batch::ResultStore> store;
+  if (!options.file.empty())
+    store.emplace(batch::ResultStore::Write(
+        options.file, {.kind = "recognize",
+                       .plan = plan.resolved() + "time: " + report::JsonLine(time) + "\n",
+                       .build = system::BuildId(),
+                       .code = plan.plugins().Code(),
+                       .shard = {},
+                       .keys = {}}));
   int done = 0;
   const auto take = [&](size_t i, const std::string& output) {
     const report::Json json = report::ParseJson(output, "a worker's result");
     CellResult& result = results[i];
-    result = {.cell = cells[i],
-              .position_error_mean_m = json["error_m"],
-              .right = json["right"],
-              .wrong_and_sure = json["wrong_and_sure"]};
+    json["cell"].get_to(result.cell);
+    result.position_error_mean_m = json["error_m"];
+    result.right = json["right"];
+    result.wrong_and_sure = json["wrong_and_sure"];
     SetFitness(json["fitness"], &result);
     json["q"].get_to(result.last_X_HM.q);
     json["p"].get_to(result.last_X_HM.p);
-    if (options.on_progress) options.on_progress(++done, static_cast<int>(cells.size()));
+    if (options.on_progress) options.on_progress(++done, static_cast<int>(results.size()));
   };
-  const auto pool = batch::MakePool(options.jobs, batch::kJobTimeLimit_s,
-                                    CellWork(scenarios.begin()->second.plugins));
-  if (!batch::MapEach(pool.get(), inputs, take, options.stop_requested)) return {};
+  const auto pool =
+      batch::MakePool(options.jobs, plan.settings().trial_time_limit_s, CellWork(plan.plugins()));
+  if (!batch::MapEachKept(pool.get(), store ? &*store : nullptr, 0, inputs, take,
+                          options.stop_requested))
+    return {};
   return results;
 }
 

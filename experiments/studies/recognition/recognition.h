@@ -1,6 +1,7 @@
 #pragma once
-// The recognition experiment: a vehicle at rest looks at the marker straight ahead while milk is
-// added step by step; how well the marker is recognised is the mean of F over a minute.
+// The recognition experiment: a vehicle at rest looks at the marker, from where a plan's trial
+// begins; how well the marker is recognised is the mean of F over a minute. The published one, of
+// milk that is added step by step, is in the plans recognition_active and recognition_passive.
 //
 // F is that of the scenario's estimator as it tracks, by default of the best individual after the
 // generations of one frame, as in the published rig, whose search runs on the stream of images
@@ -8,11 +9,11 @@
 // nothing.
 
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
 #include "experiments/batch/job_pool.h"
+#include "experiments/batch/plan.h"
 #include "experiments/report/json.h"
 #include "experiments/report/report.h"
 #include "experiments/trial/fixed_view.h"
@@ -50,6 +51,8 @@ struct RecognitionCell {
 
 struct CellResult {
   RecognitionCell cell;
+  int64_t trial = 0;      // of the plan
+  std::string name = {};  // its cell of the plan's grid, without the milk
   double fitness_mean = 0, fitness_std = 0;
   Area area = Area::kIII;
   double position_error_mean_m = 0;  // distance of the estimated origin from the true one
@@ -62,6 +65,8 @@ struct CellResult {
     field("marker", self.cell.marker);
     field("milk_ml_m3", self.cell.milk_ml_m3);
     field("distance_mm", units::MmFromM(self.cell.distance_m));
+    field("trial", self.trial);
+    field("name", self.name);
     self.VisitFields(field);
   }
   TURBIDOCK_VISIT_FIELDS(fitness_mean, fitness_std, area, position_error_mean_m, right,
@@ -71,12 +76,14 @@ struct CellResult {
 // Sets mean, deviation, Area and the frames' F themselves. At least one frame.
 void SetFitness(std::vector<float> fitness, CellResult* result);
 
-using Scenarios = std::map<MarkerKind, trial::Scenario>;
-
-// The pool with that marker (bundled scenarios pool_active, pool_passive), without the station and
-// with the published optics, under these assignments. ConfigError where it has no cameras.
+// The calibration's scenario: the pool with that marker (bundled scenarios pool_active,
+// pool_passive), without the station and with the published optics, under these assignments.
+// ConfigError where it has no cameras.
 trial::Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments,
                                     const trial::Plugins& plugins = {});
+
+// What a plan's trial is a cell of; distances to 0.1 mm.
+RecognitionCell CellOf(const trial::Scenario& scenario);
 
 // What the cameras have before them in a cell, without light, the water about it, which is the same
 // at every distance, and the cameras in front of it, which hold it. Randomness depends on the
@@ -87,41 +94,44 @@ light::Water WaterOf(const trial::FixedView& view, trial::Scenario scenario,
 SeedTree SeedsOf(const trial::Scenario& scenario, const RecognitionCell& cell);
 camera::StereoCamera CamerasOf(const trial::FixedView& view, light::Water water,
                                const trial::Scenario& scenario, const RecognitionCell& cell);
-camera::StereoCamera CamerasOf(const trial::FixedView& view, const trial::Scenario& scenario,
-                               const RecognitionCell& cell);
 
 struct RecognitionOptions {
   double seconds = 60;
-  double settle_s = 5;  // before it counts: to find the marker from anywhere
+  double settle_s = 5;    // before it counts: to find the marker from anywhere
+  std::string file = {};  // keeps every result, or goes on with those that are there; empty: none
   batch::JobOptions jobs = {};
-  std::function<void(int done, int of)> on_progress = {};  // cells
+  std::function<void(int done, int of)> on_progress = {};  // trials
   std::function<bool()> stop_requested = {};
 };
 
-// The results are in the cells' order, the same whatever the number of workers. Nothing when it was
-// stopped. `scenarios` has every marker that occurs in the cells.
-std::vector<CellResult> RunCells(const Scenarios& scenarios,
-                                 const std::vector<RecognitionCell>& cells,
-                                 const RecognitionOptions& options);
+// Keys of a plan that the experiment cannot take (PlanOverrides::refused).
+std::vector<batch::PlanKey> RefusedKeys();
 
-// Runs a cell: the work of a task. `plugins`: the scenario's.
+// A result for each trial of the plan, the same whoever does them and after any interruption.
+// Nothing when it was stopped. ConfigError for a trial without cameras, and for a file of another
+// plan, build or time.
+std::vector<CellResult> Recognize(const batch::Plan& plan, const RecognitionOptions& options);
+
+// Runs a trial: the work of a task. `plugins`: the scenario's.
 batch::Work CellWork(const trial::Plugins& plugins);
 
-// As a report and for programs. `table` (table.h) is empty or belongs to the results row by row.
+// As a report and for programs, beside tables of any markers (table.h).
 struct TableRow;
 
 // Kind "recognition", after the published figures: how far and how turbid it may be, F over milk,
-// Areas, and F by milk and distance; beside it the table or, without one, the published tables.
-report::Report ReportOf(const std::vector<CellResult>& results, const std::vector<TableRow>& table);
+// Areas, and F by milk and the plan's other cells. Several trials of a cell are one.
+report::Report ReportOf(const std::vector<CellResult>& results,
+                        const std::vector<TableRow>& tables);
 
 // The study's own keys: README.md.
-report::Json ResultJson(const std::vector<CellResult>& results, const std::vector<TableRow>& table);
+report::Json ResultJson(const std::vector<CellResult>& results,
+                        const std::vector<TableRow>& tables);
 
-// What the cameras see, after the published Figs. 11 and 13: left and right images of a cell's last
-// frame with the estimated marker, distance down, five steps of milk across at most, as a PNG. The
-// marker's results only. Contrast is stretched, of all images alike. ConfigError when the path
-// cannot be written.
-void WriteImageSheet(const std::string& path, const trial::Scenario& scenario, MarkerKind marker,
+// What the cameras see, after the published Figs. 11 and 13: left and right images of a trial's
+// last frame with the estimated marker, five steps of milk across at most, the plan's other cells
+// down, as a PNG. The marker's results only. Contrast is stretched, of all images alike.
+// ConfigError when the path cannot be written.
+void WriteImageSheet(const std::string& path, const batch::Plan& plan, MarkerKind marker,
                      const std::vector<CellResult>& results);
 
 }  // namespace turbidock::recognition

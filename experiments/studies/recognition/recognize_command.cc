@@ -13,34 +13,18 @@
 #include "experiments/studies/recognition/recognition.h"
 #include "experiments/studies/recognition/table.h"
 #include "experiments/system/output_path.h"
-#include "sim/base/units.h"
 
 namespace turbidock::recognition {
 namespace {
 
 struct RecognizeArguments {
-  trial::Plugins plugins;
-  std::string marker = "both";
-  std::string table;
-  std::vector<double> distances_mm = {400, 600, 800, 1000}, milk_ml_m3;
-  std::vector<std::string> assignments;
-  std::string seed;
-  double seconds = 60;
+  command::PlanArguments plan;
+  std::string active, passive;
+  RecognitionOptions options;
   command::JobArguments jobs;
   std::string figure;
   bool json = false, quiet = false;
 };
-
-// Cells of the command line, by default at the milk of the published table.
-std::vector<RecognitionCell> Grid(const RecognizeArguments& arguments, MarkerKind marker) {
-  std::set<double> milk(arguments.milk_ml_m3.begin(), arguments.milk_ml_m3.end());
-  if (milk.empty())
-    for (const TableRow& row : PublishedTable(marker)) milk.insert(row.cell.milk_ml_m3);
-  std::vector<RecognitionCell> cells;
-  for (const double mm : arguments.distances_mm)
-    for (const double ml_m3 : milk) cells.push_back({marker, ml_m3, units::MFromMm(mm)});
-  return cells;
-}
 
 // FILE_images_MARKER.png beside FILE; nothing where there is no figure.
 std::string SheetFile(const std::filesystem::path& figure, MarkerKind marker) {
@@ -50,74 +34,56 @@ std::string SheetFile(const std::filesystem::path& figure, MarkerKind marker) {
 }
 
 int Recognize(const RecognizeArguments& arguments) {
-  if (!arguments.table.empty() && arguments.marker == "both")
-    throw ConfigError("--table needs --marker active or --marker passive: a table is of one");
-  std::vector<std::string> assignments = arguments.assignments;
-  if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
+  RecognitionOptions options = arguments.options;
+  const batch::Plan plan = arguments.plan.Load();
+  const std::vector<TableRow> tables = ReadTables(arguments.active, arguments.passive);
   system::OutputPlan outputs;
-  outputs.Reads(arguments.table).Writes(arguments.figure);
-  Scenarios scenarios;
-  std::vector<RecognitionCell> cells;
-  std::vector<TableRow> table;
-  for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames) {
-    if (arguments.marker != name && arguments.marker != "both") continue;
-    scenarios.emplace(marker, RecognitionScenario(marker, assignments, arguments.plugins));
+  outputs.Reads(arguments.plan.plan)
+      .Reads(plan.files())
+      .Reads({arguments.active, arguments.passive})
+      .Writes(options.file, system::kResultFile)
+      .Writes(arguments.figure);
+  for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames)
     outputs.Writes(SheetFile(arguments.figure, marker));
-    if (!arguments.table.empty()) {
-      table = ReadRecognitionTable(arguments.table, marker);
-      for (const TableRow& row : table) cells.push_back(row.cell);
-      continue;
-    }
-    for (const RecognitionCell& cell : Grid(arguments, marker)) cells.push_back(cell);
-  }
   outputs.Require();
 
   command::Progress progress(arguments.quiet);
-  progress.Say(fmt::format("{} cells of {:g} s", cells.size(), arguments.seconds));
-  RecognitionOptions options{.seconds = arguments.seconds};
+  progress.Say(
+      fmt::format("{}: {} trials of {:g} s", plan.title(), plan.trials(), options.seconds));
   options.jobs =
-      arguments.jobs.For("", [&](const std::string& text) { progress.Say("  " + text); });
-  options.on_progress = [&](int done, int of) { progress.ShowDone(done, of, "cells", 30); };
-  // whose tasks are to be cancelled
-  if (options.jobs.slurm) options.stop_requested = command::CatchStopSignals();
-  const std::vector<CellResult> results = RunCells(scenarios, cells, options);
+      arguments.jobs.For(options.file, [&](const std::string& text) { progress.Say("  " + text); });
+  options.on_progress = [&](int done, int of) { progress.ShowDone(done, of, "trials", 30); };
+  options.stop_requested = command::CatchStopSignals();
+  const std::vector<CellResult> results = Recognize(plan, options);
   if (command::StopSignal() != 0) return command::kExitDone;  // main makes the signal's code of it
 
-  const report::Report report = ReportOf(results, table);
-  command::PrintReport(report, ResultJson(results, table), arguments.json);
+  const report::Report report = ReportOf(results, tables);
+  command::PrintReport(report, ResultJson(results, tables), arguments.json);
   if (arguments.figure.empty()) return command::kExitDone;
   media::WriteFigure(arguments.figure, media::FigureOf(report));
-  for (const auto& [marker, scenario] : scenarios)
-    WriteImageSheet(SheetFile(arguments.figure, marker), scenario, marker, results);
+  for (const auto& [marker, columns] : ColumnsOf(results, {}))
+    WriteImageSheet(SheetFile(arguments.figure, marker), plan, marker, results);
   return command::kExitDone;
 }
 
 }  // namespace
 
 void AddRecognize(command::CommandLine& line) {
-  auto [recognize, arguments] = line.Add(
-      "recognize", "Run the recognition experiment: a vehicle at rest, milk added step by step",
+  auto [recognize, arguments] = line.Add<RecognizeArguments>(
+      "recognize", "Run the recognition experiment: a vehicle at rest where a trial begins",
       &Recognize);
-  arguments.plugins = line.plugins();
-  recognize.Add("--marker", arguments.marker, "active, passive or both")
-      .OneOf({"active", "passive", "both"});
-  const command::Option table = recognize.Add(
-      "--table FILE", arguments.table,
-      "CSV of one marker (milk_ml_m3,distance_mm,fitness_mean,...): run its cells and compare");
-  recognize.Add("--distances MM,...", arguments.distances_mm, "Distances in mm")
-      .Between(kNearest_mm, kFarthest_mm)
-      .Excludes(table);
-  recognize
-      .Add("--milk ML_M3,...", arguments.milk_ml_m3,
-           "Milk in ml/m3; the published steps unless given")
-      .Between(0, light::kMaxMilk_ml_m3)
-      .Excludes(table);
-  recognize.Add("--seconds", arguments.seconds, "Time a cell is watched").Between(0.02, 3600);
+  arguments.plan.AddTo(&recognize, line.plugins());
+  arguments.plan.overrides.refused = RefusedKeys();
+  recognize.Add(
+      "--active FILE", arguments.active,
+      "CSV (milk_ml_m3,distance_mm,fitness_mean,...) to compare the active marker with; the "
+      "published one unless given");
+  recognize.Add("--passive FILE", arguments.passive, "The same of the passive marker");
+  recognize.Add("--seconds", arguments.options.seconds, "Time a trial is watched")
+      .Between(0.02, 3600);
   arguments.jobs.AddTo(&recognize, "Processes; the results are the same");
-  recognize.AddSet(
-      arguments.assignments,
-      "Set one key of the scenarios pool_active and pool_passive, such as pose_estimator");
-  recognize.AddSeed(arguments.seed);
+  recognize.Add("--out FILE", arguments.options.file,
+                "Keep every trial's result; the same command goes on with it");
   recognize.AddFigure(arguments.figure,
                       "Draw the plots into FILE, what the cameras see into FILE_images_MARKER.png");
   recognize.AddJson(arguments.json);

@@ -23,24 +23,21 @@ constexpr Rgb kDocking{60, 168, 110}, kRecognised{200, 150, 30};
 
 std::string MarkerTitle(MarkerKind marker) { return fmt::format("{} marker", NameOf(marker)); }
 
-std::string Mm(double distance_m) { return fmt::format("{:g} mm", MmFromM(distance_m)); }
-
-report::Panel FitnessPanel(MarkerKind marker, const Columns& columns,
-                           const std::string& reference_name) {
+report::Panel FitnessPanel(MarkerKind marker, const Columns& columns) {
   report::Panel panel{.title = MarkerTitle(marker),
                       .x = {"milk, ml/m³", 0},
                       .y = {"mean F", -0.25, 1},
                       .rules = {{kLimits.docking_fitness, "0.60", kDocking},
                                 {kLimits.detection_fitness, "0.22", kRecognised}},
                       .legend = true};
-  std::string name_once = reference_name;  // in the legend
-  for (const auto& [distance_m, column] : columns) {
+  std::string name_once = "the table";  // in the legend
+  for (const Column& column : columns) {
     const Rgb& color = report::CurveColor(panel.series.size() / 2);
-    report::Series simulated{Mm(distance_m), {}, color, report::Mark::kLineWithBars};
+    report::Series simulated{column.name, {}, color, report::Mark::kLineWithBars};
     report::Series reference{"", {}, color, report::Mark::kRings};
     for (const auto& [milk, r] : column.cells)
-      simulated.points.push_back({milk, r->fitness_mean, r->fitness_mean - r->fitness_std,
-                                  r->fitness_mean + r->fitness_std});
+      simulated.points.push_back(
+          {milk, r.fitness_mean, r.fitness_mean - r.fitness_std, r.fitness_mean + r.fitness_std});
     for (const auto& [milk, fitness] : column.reference)
       reference.points.push_back({milk, fitness});
     if (!reference.points.empty()) reference.name = std::exchange(name_once, "");
@@ -50,22 +47,22 @@ report::Panel FitnessPanel(MarkerKind marker, const Columns& columns,
   return panel;
 }
 
-// A row for each milk, a column for each distance.
+// A row for each milk, a column for each cell of the plan.
 report::Table FitnessTable(const Columns& columns) {
   std::vector<std::string> heads = {"ml/m³"};
   std::map<double, std::vector<report::Cell>> rows;  // by milk
-  for (const auto& [distance_m, column] : columns) {
-    heads.push_back(Mm(distance_m));
+  for (const Column& column : columns) {
+    heads.push_back(column.name);
     for (const auto& [milk, r] : column.cells) {
       rows[milk].resize(heads.size());
       rows[milk][0] = Fixed(milk, 1);
       std::string text =
-          fmt::format("{:.3f} ± {:.3f} {:<3}", r->fitness_mean, r->fitness_std, NameOf(r->area));
+          fmt::format("{:.3f} ± {:.3f} {:<3}", r.fitness_mean, r.fitness_std, NameOf(r.area));
       if (const auto found = column.reference.find(milk); found != column.reference.end())
         text += fmt::format(" ({:.3f})", found->second);
-      text += fmt::format("  {:3.0f}, {:.0f} %", 100 * r->right, 100 * r->wrong_and_sure);
+      text += fmt::format("  {:3.0f}, {:.0f} %", 100 * r.right, 100 * r.wrong_and_sure);
       constexpr std::array kTones = {report::Tone::kGood, report::Tone::kNone, report::Tone::kBad};
-      rows[milk].back() = {text, kTones[static_cast<size_t>(r->area)]};
+      rows[milk].back() = {text, kTones[static_cast<size_t>(r.area)]};
     }
   }
   report::Table table(heads);
@@ -84,73 +81,83 @@ std::string LimitText(const Curve& fitness_over_milk) {
   return fmt::format("{:g} to {:g} ml/m³", last, lost->first);  // too few cells for means of three
 }
 
-std::vector<report::Fact> ComparisonFacts(const TableComparison& c) {
-  return {{"RMSE of mean F", Fixed(c.rmse, 3), "against the table"},
-          {"same Area", fmt::format("{:.0f} %", 100 * c.area_agreement), "of the table's cells"},
-          {"F of a lost marker", Fixed(c.lost_fitness_error, 3), "above the table's"},
-          {"deviation of F in a cell", Fixed(c.fitness_std, 3), "mean of cells not lost"}};
+std::vector<CellResult> Of(MarkerKind marker, std::vector<CellResult> results) {
+  std::erase_if(results, [marker](const CellResult& r) { return r.cell.marker != marker; });
+  return results;
+}
+
+void AddComparison(const TableComparison& c, const std::string& what,
+                   std::vector<report::Fact>* facts) {
+  facts->insert(
+      facts->end(),
+      {{"RMSE of mean F" + what, Fixed(c.rmse, 3), "against the table"},
+       {"same Area" + what, fmt::format("{:.0f} %", 100 * c.area_agreement),
+        "of the table's cells"},
+       {"F of a lost marker" + what, Fixed(c.lost_fitness_error, 3), "above the table's"},
+       {"deviation of F in a cell" + what, Fixed(c.fitness_std, 3), "mean of cells not lost"}});
 }
 
 }  // namespace
 
 report::Report ReportOf(const std::vector<CellResult>& results,
-                        const std::vector<TableRow>& table) {
-  const std::string name = table.empty() ? "published" : "the table";
-  std::vector<TableRow> reference = table;
-  if (table.empty())
-    for (const MarkerKind marker : {MarkerKind::kActive, MarkerKind::kPassive})
-      for (const TableRow& row : PublishedTable(marker)) reference.push_back(row);
+                        const std::vector<TableRow>& tables) {
   report::Report report{.kind = "recognition",
                         .title = "Recognition of the marker over milk and distance",
                         .build = system::VersionAndCommit()};
-  if (!table.empty()) report.facts = ComparisonFacts(Compare(results, table));
-  report.sections = {
-      {.title = "F over milk",
-       .note = "F: how well the pixels agree with the marker at the pose found, 1 at "
-               "best; dots: its mean in a cell, bars: its deviation, rings: " +
-               name +
-               ". Area I, from 0.60: docking is possible; II: the marker is "
-               "recognised; III, below 0.22: it is not.",
-       .wide = true}};
-  for (const auto& [marker, columns] : ColumnsOf(results, reference)) {
-    for (const auto& [distance_m, column] : columns) {
-      const bool has_reference = !column.reference.empty();
+  report.sections = {{.title = "F over milk",
+                      .note =
+                          "F: how well the pixels agree with the marker at the pose found, 1 at "
+                          "best; dots: its mean in a cell, bars: its deviation, rings: the table. "
+                          "Area I, from 0.60: docking is possible; II: the marker is "
+                          "recognised; III, below 0.22: it is not.",
+                      .wide = true}};
+  const std::map<MarkerKind, Columns> columns = ColumnsOf(results, tables);
+  for (const auto& [marker, of_marker] : columns) {
+    if (const auto comparison = Compare(Of(marker, results), tables))
+      AddComparison(*comparison, columns.size() > 1 ? fmt::format(", {}", NameOf(marker)) : "",
+                    &report.facts);
+    for (const Column& column : of_marker)
       report.facts.push_back(
-          {fmt::format("turbidity limit, {} at {}", NameOf(marker), Mm(distance_m)),
+          {fmt::format("turbidity limit, {} at {}", NameOf(marker), column.name),
            LimitText(column.simulated),
-           has_reference ? name + ": " + LimitText(column.reference) : ""});
-    }
-    report.sections.front().panels.push_back(FitnessPanel(marker, columns, name));
+           column.reference.empty() ? "" : "the table: " + LimitText(column.reference)});
+    report.sections.front().panels.push_back(FitnessPanel(marker, of_marker));
     report.sections.push_back({.title = MarkerTitle(marker),
-                               .note = "Mean F ± deviation, Area (F, " + name +
-                                       "); frames that are right, and that are wrong and sure of "
+                               .note = "Mean F ± deviation, Area (F, the table); frames that are "
+                                       "right, and that are wrong and sure of "
                                        "it. Sure: the marker counts as detected; right: "
                                        "sure, and within 20 mm and 5°.",
-                               .table = FitnessTable(columns)});
+                               .table = FitnessTable(of_marker)});
   }
   return report;
 }
 
 report::Json ResultJson(const std::vector<CellResult>& results,
-                        const std::vector<TableRow>& table) {
+                        const std::vector<TableRow>& tables) {
+  std::map<RecognitionCell, double> references;
+  for (const auto& [cell, fitness_mean] : tables) references[cell] = fitness_mean;
   report::Json json = {{"cells", results}};
-  for (size_t i = 0; i < table.size(); ++i)
-    json["cells"][i]["reference_mean"] = table[i].fitness_mean;
-  if (table.empty()) return json;
-  const TableComparison c = Compare(results, table);
-  report::Json ratios, simulated, reference;
-  for (const auto& [distance_m, loss] : c.loss_by_distance_m) {
-    const std::string key = fmt::format("{:g}", MmFromM(distance_m));
-    ratios[key] = loss.ratio();
-    simulated[key] = loss.simulated_ml_m3;
-    reference[key] = loss.reference_ml_m3;
+  for (size_t i = 0; i < results.size(); ++i)
+    if (const auto row = references.find(results[i].cell); row != references.end())
+      json["cells"][i]["reference_mean"] = row->second;
+  for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames) {
+    const auto c = Compare(Of(marker, results), tables);
+    if (!c) continue;
+    report::Json ratios, simulated, reference;
+    for (const auto& [distance_m, loss] : c->loss_by_distance_m) {
+      const std::string key = fmt::format("{:g}", MmFromM(distance_m));
+      ratios[key] = loss.ratio();
+      simulated[key] = loss.simulated_ml_m3;
+      reference[key] = loss.reference_ml_m3;
+    }
+    json["tables"][name] = {
+        {"rmse", c->rmse},
+        {"area_agreement", c->area_agreement},
+        {"loss_milk_ratio", ratios},
+        {"loss_milk_ml_m3", {{"simulated", simulated}, {"reference", reference}}},
+        {"lost_fitness_error", c->lost_fitness_error},
+        {"fitness_std", c->fitness_std}};
   }
-  json.update({{"rmse", c.rmse},
-               {"area_agreement", c.area_agreement},
-               {"loss_milk_ratio", ratios},
-               {"loss_milk_ml_m3", {{"simulated", simulated}, {"reference", reference}}},
-               {"lost_fitness_error", c.lost_fitness_error},
-               {"fitness_std", c.fitness_std}});
   return json;
 }
 

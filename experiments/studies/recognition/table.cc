@@ -60,6 +60,18 @@ double ReadNumber(const std::string& text, const char* name, const Range& range,
   return *value;
 }
 
+// Of several trials one, with all of their frames.
+void Join(const CellResult& more, CellResult* all) {
+  const auto before = static_cast<double>(all->fitness.size()),
+             added = static_cast<double>(more.fitness.size());
+  for (const auto mean :
+       {&CellResult::position_error_mean_m, &CellResult::right, &CellResult::wrong_and_sure})
+    all->*mean = (before * all->*mean + added * more.*mean) / (before + added);
+  std::vector<float> fitness = all->fitness;
+  fitness.insert(fitness.end(), more.fitness.begin(), more.fitness.end());
+  SetFitness(std::move(fitness), all);
+}
+
 // Over the turbidity limit; nearer to it F comes and goes.
 constexpr double kSurelyLost = 1.2;
 
@@ -110,17 +122,35 @@ std::vector<TableRow> PublishedTable(MarkerKind marker) {
                               marker);
 }
 
+std::vector<TableRow> ReadTables(const std::string& active, const std::string& passive) {
+  std::vector<TableRow> rows;
+  for (const auto& [marker, path] :
+       {std::pair(MarkerKind::kActive, active), std::pair(MarkerKind::kPassive, passive)})
+    for (const TableRow& row :
+         path.empty() ? PublishedTable(marker) : ReadRecognitionTable(path, marker))
+      rows.push_back(row);
+  return rows;
+}
+
 std::map<MarkerKind, Columns> ColumnsOf(const std::vector<CellResult>& results,
-                                        const std::vector<TableRow>& table) {
+                                        const std::vector<TableRow>& tables) {
   std::map<MarkerKind, Columns> columns;
   for (const CellResult& r : results) {
-    Column& column = columns[r.cell.marker][r.cell.distance_m];
-    column.cells[r.cell.milk_ml_m3] = &r;
-    column.simulated[r.cell.milk_ml_m3] = r.fitness_mean;
+    Columns& of_marker = columns[r.cell.marker];
+    const std::string name =
+        r.name.empty() ? fmt::format("{:g} mm", units::MmFromM(r.cell.distance_m)) : r.name;
+    auto column = std::ranges::find(of_marker, name, &Column::name);
+    if (column == of_marker.end())
+      column = of_marker.insert(column, {.name = name, .distance_m = r.cell.distance_m});
+    const auto [cell, is_new] = column->cells.try_emplace(r.cell.milk_ml_m3, r);
+    if (!is_new) Join(r, &cell->second);
+    column->simulated[r.cell.milk_ml_m3] = cell->second.fitness_mean;
   }
-  for (const auto& [cell, fitness_mean] : table)
-    if (columns.contains(cell.marker) && columns[cell.marker].contains(cell.distance_m))
-      columns[cell.marker][cell.distance_m].reference[cell.milk_ml_m3] = fitness_mean;
+  for (auto& [marker, of_marker] : columns)
+    for (Column& column : of_marker)
+      for (const auto& [cell, fitness_mean] : tables)
+        if (cell.marker == marker && cell.distance_m == column.distance_m)
+          column.reference[cell.milk_ml_m3] = fitness_mean;
   return columns;
 }
 
@@ -147,24 +177,29 @@ std::optional<double> TableComparison::Loss::ratio() const {
   return *simulated_ml_m3 / *reference_ml_m3;
 }
 
-TableComparison Compare(const std::vector<CellResult>& results,
-                        const std::vector<TableRow>& table) {
-  TD_CHECK(results.size() == table.size() && !table.empty(), "results of another table");
+std::optional<TableComparison> Compare(const std::vector<CellResult>& results,
+                                       const std::vector<TableRow>& table) {
   TableComparison comparison;
   const std::map<MarkerKind, Columns> columns = ColumnsOf(results, table);
-  for (const auto& [distance_m, column] : columns.begin()->second)
-    comparison.loss_by_distance_m[distance_m] = {MilkAtLoss(column.simulated),
-                                                 MilkAtLoss(column.reference)};
+  for (const auto& [marker, of_marker] : columns)
+    for (const Column& column : of_marker)
+      if (!column.reference.empty())
+        comparison.loss_by_distance_m[column.distance_m] = {MilkAtLoss(column.simulated),
+                                                            MilkAtLoss(column.reference)};
+  std::map<RecognitionCell, double> references;
+  for (const auto& [cell, fitness_mean] : table) references[cell] = fitness_mean;
   std::vector<double> squares, agreements, lost_errors, deviations;
-  for (size_t i = 0; i < table.size(); ++i) {
-    const auto& [cell, reference] = table[i];
-    const double error = results[i].fitness_mean - reference;
+  for (const CellResult& r : results) {
+    const auto row = references.find(r.cell);
+    if (row == references.end()) continue;
+    const double reference = row->second, error = r.fitness_mean - reference;
     squares.push_back(error * error);
-    agreements.push_back(AreaOf(results[i].fitness_mean) == AreaOf(reference));
-    const auto& loss = comparison.loss_by_distance_m.at(cell.distance_m).reference_ml_m3;
-    if (loss && cell.milk_ml_m3 > kSurelyLost * *loss) lost_errors.push_back(error);
-    if (AreaOf(reference) != Area::kIII) deviations.push_back(results[i].fitness_std);
+    agreements.push_back(AreaOf(r.fitness_mean) == AreaOf(reference));
+    const auto& loss = comparison.loss_by_distance_m[r.cell.distance_m].reference_ml_m3;
+    if (loss && r.cell.milk_ml_m3 > kSurelyLost * *loss) lost_errors.push_back(error);
+    if (AreaOf(reference) != Area::kIII) deviations.push_back(r.fitness_std);
   }
+  if (squares.empty()) return std::nullopt;
   comparison.rmse = std::sqrt(*MeanOf(squares));
   comparison.area_agreement = *MeanOf(agreements);
   comparison.lost_fitness_error = MeanOf(lost_errors);

@@ -29,19 +29,23 @@ std::vector<TableRow> ReadRecognitionTable(const std::string& path, MarkerKind m
 
 // The bundled table of that marker: the published columns 400 and 1000 mm.
 std::vector<TableRow> PublishedTable(MarkerKind marker);
+// Tables of both markers: of these files, or the published ones where they are empty.
+std::vector<TableRow> ReadTables(const std::string& active, const std::string& passive);
 
 using Curve = std::map<double, double>;  // mean F over milk
 
-// One marker at one distance, by milk.
+// One marker in one cell of a plan, by milk.
 struct Column {
-  std::map<double, const CellResult*> cells = {};
+  std::string name;                         // the cell's, or else the distance
+  double distance_m = 0;                    // of its first trial
+  std::map<double, CellResult> cells = {};  // trials of the same milk are one
   Curve simulated = {}, reference = {};
 };
-using Columns = std::map<double, Column>;  // by distance
+using Columns = std::vector<Column>;  // in the results' order
 
-// The results and, of their markers and distances, the rows of a table.
+// The results and, of their markers and distances, the rows of tables.
 std::map<MarkerKind, Columns> ColumnsOf(const std::vector<CellResult>& results,
-                                        const std::vector<TableRow>& table);
+                                        const std::vector<TableRow>& tables);
 
 // Milk at which F falls to the limit of recognition, 0.22: where the mean of three neighbours (two
 // at the ends), joined by straight lines, first comes down to it. Nothing where it never does, or
@@ -64,7 +68,8 @@ struct TableComparison {
   std::optional<double> fitness_std = {};
 };
 
-// Of one marker. `results[i]` belongs to `table[i]`.
-TableComparison Compare(const std::vector<CellResult>& results, const std::vector<TableRow>& table);
+// Of one marker, where table and results have the same cells; nothing where there is none.
+std::optional<TableComparison> Compare(const std::vector<CellResult>& results,
+                                       const std::vector<TableRow>& table);
 
 }  // namespace turbidock::recognition

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <set>
 
@@ -18,61 +17,17 @@
 namespace turbidock::tuning {
 namespace {
 
-// Keys of a plan that mean nothing in a study's `trials`, and what is said of them.
-constexpr auto kNotInTrials = std::to_array<std::pair<const char*, const char*>>({
-    {"schema_version", "belongs to the study, not here"},
-    {"description", "belongs to the study, not here"},
-    {"strata", "a study takes trials one by one; spread them by `random` and `design`"},
-    {"precision", "a study runs exactly `seeds` trials in each cell"},
-    {"series_every_frames", "a study stores no series"},
-});
+constexpr const char* kGroup = "tuning";
+constexpr uint64_t kAnySet = 1;
 
-// A study's `trials` as a plan of its own.
-config::YamlNode PlanOf(const config::YamlNode& study, const std::string& description) {
-  auto trials = study.Find("trials");
-  if (!trials->IsMap()) trials->Fail("must be a group of keys, as a plan has");
-  for (const auto& [key, why] : kNotInTrials)
-    if (const auto given = trials->Find(key)) given->Fail(why);
-  trials->path.clear();  // the plan's keys are its own
-  return trials->With(
-      {{"schema_version", config::TextNode(std::to_string(batch::kPlanSchema), *trials)},
-       {"description", config::TextNode(description, *trials)}});
-}
-
-StudySettings ReadSettings(const config::YamlNode& node, const trial::Plugins& plugins) {
-  for (const char* key : {"schema_version", "trials", "gains", "objective"})
-    if (!node.Find(key)) throw ConfigError(node.file + ": " + key + ": this key is required");
-  StudySettings settings;
-  config::Origins origins;
-  config::ReadFields(node, &settings, &origins, {"trials"});
-  config::CheckSettings(settings, origins);
-  std::vector<std::string> numbers;  // the keys of a scenario that may be tuned
-  for (const config::KeyDoc& doc : trial::ScenarioKeys(plugins))
-    if (doc.type.starts_with("number") && doc.key.find("[]") == std::string::npos)
-      numbers.push_back(doc.key);
-  const std::vector<config::YamlNode> gains = node.Find("gains")->Elements();
-  for (size_t i = 0; i < gains.size(); ++i)
-    if (const std::string& key = settings.gains[i].key; std::ranges::count(numbers, key) == 0)
-      gains[i].Find("key").value_or(gains[i]).Fail("'" + key + "' is no number of a scenario" +
-                                                   config::DidYouMean(key, numbers));
-  return settings;
-}
-
-// A candidate has one value of each gain in all of its trials.
-void RequireNotVaried(const config::YamlNode& trials, const std::vector<GainRange>& gains) {
-  batch::VariedKeys tuned;
-  for (const GainRange& gain : gains) tuned.Add(gain.key, config::TextNode("", trials));
-  const auto require = [&tuned](const std::string& key, const config::YamlNode& value) {
-    tuned.RequireNew(key, value, "is tuned: it has one value in all trials");
-  };
-  if (const auto grid = trials.Find("grid"))
-    for (const auto& [key, values] : grid->Entries())
-      for (const config::YamlNode& value : values.Elements()) require(key, value);
-  if (const auto cases = trials.Find("cases"))
-    for (const auto& [name, values] : cases->Entries()) require("", values);
-  if (const auto random = trials.Find("random"))
-    for (const auto& [key, distribution] : random->Entries())
-      require(key, config::TextNode("", distribution));
+// Whether a trial's controller or estimator reads a key; of keys of neither, yes.
+bool IsRead(const std::string& key, const trial::Scenario& scenario) {
+  const std::string group = key.substr(0, key.find('.'));
+  const trial::Plugins& plugins = scenario.plugins;
+  if (std::ranges::count(plugins.controllers(), group) > 0) return group == plugins.controller();
+  if (group == plugins.estimator_group())
+    return scenario.pose_source == trial::PoseSource::kCameras;
+  return std::ranges::count(plugins.estimators(), group) == 0;
 }
 
 }  // namespace
@@ -90,7 +45,7 @@ double GainRange::ShareOf(double value) const {
   return std::clamp(share, 0.0, 1.0);
 }
 
-void StudySettings::Check(const std::string& path) const {
+void TuningSettings::Check(const std::string& path) const {
   const auto at = [&](const std::string& key) { return JoinKey(path, key); };
   if (gains.empty()) throw ConfigError(at("gains"), "must name at least one gain");
   if (objective.empty()) throw ConfigError(at("objective"), "must have at least one term");
@@ -110,38 +65,69 @@ void StudySettings::Check(const std::string& path) const {
 
 Study::Study(const config::YamlNode& study, const trial::Plugins& plugins)
     : file_(study.file),
-      settings_(ReadSettings(study, plugins)),
-      plan_(PlanOf(study, settings_.description), {.plugins = plugins}) {
-  RequireNotVaried(*study.Find("trials"), settings_.gains);
-  if (settings_.proof.held_out_seeds > batch::kMaxTrials / plan_.cells())
-    throw ConfigError(fmt::format("{}: proof.held_out_seeds: more than {} trials in {} cells",
-                                  file_, batch::kMaxTrials, plan_.cells()));
+      plan_(study,
+            {.plugins = plugins,
+             .refused = {{"precision", "a study runs exactly `seeds` trials in each cell"}}}),
+      settings_(batch::ReadUse<TuningSettings>(study, kGroup)) {
+  const config::YamlNode group = *study.Find(kGroup);
+  ReadObjective(*group.Find("objective"));
+  ReadGains(*group.Find("gains"));
+  try {
+    TrialsOf(kAnySet, settings_.proof.held_out_seeds);
+  } catch (const ConfigError& error) {
+    throw ConfigError(fmt::format("{}: {}.proof.held_out_{}", file_, kGroup, error.what()));
+  }
+}
+
+void Study::ReadObjective(const config::YamlNode& terms) {
   std::vector<std::string> names;
   for (const trial::Metric& metric : trial::Metrics()) names.push_back(metric.name);
-  for (const config::YamlNode& term : study.Find("objective")->Elements()) {
+  for (const config::YamlNode& term : terms.Elements()) {
     const std::string& name = settings_.objective[objective_.size()].metric;
     const auto found = std::ranges::find(trial::Metrics(), name, &trial::Metric::name);
-    if (found != trial::Metrics().end())
-      objective_.push_back(*found);
-    else
+    if (found == trial::Metrics().end())
       term.Find("metric").value_or(term).Fail("'" + name + "' is produced by no trial" +
                                               config::DidYouMean(name, names));
+    objective_.push_back(*found);
   }
-  const trial::Scenario scenario = plan_.ScenarioOf(plan_.Trial(0));
-  for (size_t i = 0; i < settings_.gains.size(); ++i) {
-    const GainRange& gain = settings_.gains[i];
-    const double value = std::stod(config::ValueOf(scenario, gain.key));
-    if (value < gain.low || value > gain.high)
-      throw ConfigError(fmt::format(
-          "{}: gains[{}]: the search begins at the scenario's {} = {}, which must be in [{}, {}]",
-          file_, i, gain.key, value, gain.low, gain.high));
-    start_.push_back(value);
+}
+
+// A candidate has one value of each gain in all of its trials, which read it.
+void Study::ReadGains(const config::YamlNode& ranges) {
+  std::vector<std::string> numbers;  // the keys of a scenario that may be tuned
+  for (const config::KeyDoc& doc : trial::ScenarioKeys(plan_.plugins()))
+    if (doc.type.starts_with("number") && doc.key.find("[]") == std::string::npos)
+      numbers.push_back(doc.key);
+  const batch::VariedKeys varied = plan_.Varied();
+  const trial::Scenario first = plan_.ScenarioOf(plan_.Trial(0));
+  for (const config::YamlNode& range : ranges.Elements()) {
+    const auto& [key, low, high, scale] = settings_.gains[start_.size()];
+    const config::YamlNode at = range.Find("key").value_or(range);
+    if (std::ranges::count(numbers, key) == 0)
+      at.Fail("'" + key + "' is no number of a scenario" + config::DidYouMean(key, numbers));
+    if (const std::string* where = varied.Find(key))
+      at.Fail(key + " is tuned and has one value in all trials, but also " + *where);
+    bool is_read = false;
+    for (int64_t trial = 0; trial < plan_.trials() && !is_read; ++trial)
+      is_read = IsRead(key, plan_.ScenarioOf(plan_.Trial(trial)));
+    if (!is_read)
+      at.Fail(fmt::format("{} is read by no trial: their controller is {}, and they see {}", key,
+                          first.controller_name(),
+                          first.pose_source == trial::PoseSource::kCameras
+                              ? "through " + first.estimator_name()
+                              : "the true pose"));
+    start_.push_back(std::stod(config::ValueOf(first, key)));
+    if (start_.back() < low || start_.back() > high)
+      at.Fail(fmt::format("the search begins at the trials' {} = {}, which must be in [{}, {}]",
+                          key, start_.back(), low, high));
   }
   // Both ends must be allowed by the scenario too.
   for (const double end : {0.0, 1.0})
     ScenarioOf(plan_, 0, GainsAt(search::Candidate(settings_.gains.size(), end)));
-  resolved_ =
-      config::SaveYaml(settings_) + "trials: |\n" + system::Indented(plan_.resolved(), "  ");
+}
+
+std::string Study::resolved() const {
+  return plan_.resolved() + kGroup + ":\n" + system::Indented(config::SaveYaml(settings_), "  ");
 }
 
 Gains Study::GainsAt(const search::Candidate& candidate) const {
@@ -189,6 +175,12 @@ std::vector<double> Study::CostsOf(const trial::TrialRecord& record) const {
     costs.push_back(term.weight * (size + (record.success() ? 0 : term.failed)));
   }
   return costs;
+}
+
+std::vector<config::KeyDoc> StudyKeys() {
+  std::vector<config::KeyDoc> docs = config::ListKeys<TuningSettings>();
+  for (config::KeyDoc& doc : docs) doc.key = JoinKey(kGroup, doc.key);
+  return docs;
 }
 
 Study LoadStudy(const std::string& name, const trial::Plugins& plugins) {

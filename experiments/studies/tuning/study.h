@@ -1,19 +1,20 @@
 #pragma once
-// A study: which gains to tune, on which trials, for what. Everything that a tuning run does
-// follows from it.
+// A study: which gains to tune, on which trials, for what. It is a plan (batch/plan.h), whose
+// trials a candidate runs, with the group `tuning`. Everything that a tuning run does follows from
+// it.
 //
 //   schema_version: 1
 //   description: pid gains for the moderate sea
-//   trials:                          # as in a plan for `turbidock batch`: what a candidate runs
-//     scenario: sea_night_active
-//     set: {controller: pid, sea.state: moderate}
-//     seeds: 12
-//   gains:
-//     - {key: pid.sway.kp_per_s2, low: 0.2, high: 10, scale: log}
-//   objective:                       # a trial costs the sum of weight * |metric|
-//     - {metric: time_s, weight: 1, failed: 60}
-//     - {metric: tracking_rms_m, weight: 500}
-//   optimiser: {population: 12, generations: 20}
+//   scenario: sea_night_active
+//   set: {controller: pid, sea.state: moderate}
+//   seeds: 12
+//   tuning:
+//     gains:                         # the search begins at the values that the trials have
+//       - {key: pid.sway.kp_per_s2, low: 0.2, high: 10, scale: log}
+//     objective:                     # a trial costs the sum of weight * |metric|
+//       - {metric: time_s, weight: 1, failed: 60}
+//       - {metric: tracking_rms_m, weight: 500}
+//     optimiser: {population: 12, generations: 20}
 
 #include <cstdint>
 #include <string>
@@ -27,7 +28,6 @@
 
 namespace turbidock::tuning {
 
-inline constexpr int kStudySchema = 1;
 // No weight is larger and no metric counts more: costs, their sums and the squares of their
 // differences are finite.
 inline constexpr double kMostCost = 1e9;
@@ -97,9 +97,7 @@ struct ProofParams {
   }
 };
 
-struct StudySettings {
-  int schema_version = 0;
-  std::string description;
+struct TuningSettings {
   std::vector<GainRange> gains;
   std::vector<ObjectiveTerm> objective;
   double success_at_least = 0;
@@ -110,10 +108,8 @@ struct StudySettings {
   ProofParams proof;
 
   static void Fields(auto& self, auto&& field) {
-    field("schema_version", self.schema_version, InRange(kStudySchema, kStudySchema),
-          "version of these keys");
-    field("description", self.description, Finite(), "one line for people");
-    field("gains", self.gains, Finite(), "what is tuned");
+    field("gains", self.gains, Finite(),
+          "what is tuned, from the value that the trials have: the scenario's, or that of `set`");
     field("objective", self.objective, Finite(), "what a trial costs: the sum of these");
     field("success_at_least", self.success_at_least, InRange(0, 1),
           "share of trials that must dock; below it a candidate pays success_weight for the rest");
@@ -136,14 +132,15 @@ class Study {
   // ConfigError for whatever is wrong in it.
   explicit Study(const config::YamlNode& study, const trial::Plugins& plugins = {});
 
-  const StudySettings& settings() const { return settings_; }
-  const Gains& start() const { return start_; }  // the scenario's own values
+  const TuningSettings& settings() const { return settings_; }
+  const Gains& start() const { return start_; }  // the values that its trials have
   const batch::Plan& plan() const { return plan_; }
 
   Gains GainsAt(const search::Candidate& candidate) const;
   search::Candidate CandidateOf(const Gains& gains) const;
 
   // Trials of the study with seeds of their own: `set` 0 is the study's, every other one is drawn.
+  // ConfigError for a number of seeds that it cannot have.
   batch::Plan TrialsOf(uint64_t set, int seeds) const;
   // A trial's scenario under these gains; through the cameras, whatever the study says, if
   // `cameras`.
@@ -153,17 +150,23 @@ class Study {
   // Cost of a trial, term by term, weighted.
   std::vector<double> CostsOf(const trial::TrialRecord& record) const;
 
-  const std::string& resolved() const { return resolved_; }
-  std::string hash() const { return DigestOf(resolved_); }
+  // A study itself, of the same trials.
+  std::string resolved() const;
+  std::string hash() const { return DigestOf(resolved()); }
 
  private:
+  void ReadObjective(const config::YamlNode& terms);
+  void ReadGains(const config::YamlNode& ranges);
+
   std::string file_;
-  StudySettings settings_;
-  std::vector<trial::Metric> objective_;  // what its terms name
   batch::Plan plan_;
+  TuningSettings settings_;
+  std::vector<trial::Metric> objective_;  // what its terms name
   Gains start_;
-  std::string resolved_;
 };
+
+// The keys of a study that a plan does not have.
+std::vector<config::KeyDoc> StudyKeys();
 
 // Reads a study: a YAML file or the name of a bundled one.
 Study LoadStudy(const std::string& name, const trial::Plugins& plugins = {});

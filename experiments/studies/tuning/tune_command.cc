@@ -34,8 +34,9 @@ int Tune(const TuneArguments& arguments) {
   outputs.Require();
   system::MakeFolder(out);
   command::Progress progress(arguments.quiet);
-  progress.Say(fmt::format("{}: {} gains, study {}", study.settings().description,
-                           study.start().size(), study.hash()));
+  progress.Say(fmt::format("{}: {} gains, study {}", study.plan().title(), study.start().size(),
+                           study.hash()));
+  for (const std::string& remark : study.plan().remarks()) progress.Say("  " + remark);
   TuningOptions options;
   options.jobs = arguments.jobs.For(out + "/trials",
                                     [&](const std::string& text) { progress.Say("  " + text); });

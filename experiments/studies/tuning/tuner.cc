@@ -44,12 +44,13 @@ Evaluation Joined(Evaluation a, const Evaluation& b) {
 }
 
 HeldOut Compare(const Study& study, const Evaluation& start, const Evaluation& tuned) {
-  std::vector<compare::TrialPair> pairs;
+  batch::PairedTrials pairs;
   for (size_t i = 0; i < start.records.size(); ++i)
-    pairs.push_back({.parameters = {}, .a = start.records[i], .b = tuned.records[i]});
+    pairs.Add(batch::TrialOf(start.records[i]), batch::TrialOf(tuned.records[i]));
   HeldOut result{.cost_difference = statistics::ComparePairs(start.costs, tuned.costs),
                  .terms = {},
-                 .trials = compare::ComparePairs(pairs, {})};
+                 .changes = pairs.Changes("all")};
+  batch::MarkSignificant(&result.changes);
   const std::vector<ObjectiveTerm>& objective = study.settings().objective;
   for (size_t i = 0; i < objective.size(); ++i) {
     const auto mean = [&](const Evaluation& of) {
@@ -59,8 +60,6 @@ HeldOut Compare(const Study& study, const Evaluation& start, const Evaluation& t
     };
     result.terms.push_back({objective[i].metric, mean(start), mean(tuned)});
   }
-  result.trials.a = "before";
-  result.trials.b = "tuned";
   return result;
 }
 
@@ -73,7 +72,8 @@ batch::StoreHeader HeaderOf(const Study& study) {
                             .code = study.plan().plugins().Code(),
                             .shard = {},
                             .trials = 0,
-                            .keys = {kPhaseKey}};
+                            .keys = study.plan().keys()};
+  header.keys.insert(header.keys.begin(), kPhaseKey);
   for (const GainRange& gain : study.settings().gains) header.keys.push_back(gain.key);
   return header;
 }
@@ -166,8 +166,10 @@ class Evaluations {
       of.trial = trial;
       of.cell = first_evaluation + (trial - first_number) / of_each;
       of.sample = (trial - first_number) % of_each;
-      of.seed = plan.Trial(order[static_cast<size_t>(of.sample)]).seed;
-      of.parameters = {{kPhaseKey, phase}};
+      const batch::TrialSpec planned = plan.Trial(order[static_cast<size_t>(of.sample)]);
+      of.seed = planned.seed;
+      of.parameters = planned.parameters;
+      of.parameters.insert(of.parameters.begin(), {kPhaseKey, phase});
       const Gains& gains = running_of(of).evaluation.gains;
       for (size_t i = 0; i < gains.size(); ++i)
         of.parameters.push_back({study_.settings().gains[i].key, FormatNumber(gains[i])});
@@ -177,8 +179,10 @@ class Evaluations {
       return study_.ScenarioOf(plan, order[static_cast<size_t>(of.sample)],
                                running_of(of).evaluation.gains, cameras);
     };
-    const bool ended =
-        runner_.Run({.spec = spec, .scenario = scenario}, {.next = next, .add = add});
+    const bool ended = runner_.Run({.spec = spec,
+                                    .scenario = scenario,
+                                    .series_every_frames = plan.settings().series_every_frames},
+                                   {.next = next, .add = add});
     if (!ended) throw batch::Stopped();
     std::vector<Evaluation> evaluations;
     for (Running& r : running) evaluations.push_back(std::move(r.evaluation));
@@ -349,7 +353,7 @@ class Tuning {
   }
 
   const Study& study_;
-  const StudySettings& settings_;
+  const TuningSettings& settings_;
   const TuningOptions& options_;
   std::string phase_;
   struct {

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "experiments/batch/comparison.h"
 #include "experiments/batch/runner.h"
 #include "experiments/report/json.h"
 #include "experiments/report/report.h"
 #include "experiments/statistics/paired_tests.h"
-#include "experiments/studies/compare/comparison.h"
 #include "experiments/studies/tuning/study.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/result_fields.h"
@@ -46,9 +46,9 @@ struct TermCost {
 struct HeldOut {
   statistics::PairedComparison cost_difference{};  // tuned less start
   std::vector<TermCost> terms{};
-  compare::Comparison trials{};
+  std::vector<batch::Change> changes{};  // the success rate first
 
-  TURBIDOCK_FIELDS(cost_difference, terms, trials)
+  TURBIDOCK_FIELDS(cost_difference, terms, changes)
 };
 
 struct TuningResult {

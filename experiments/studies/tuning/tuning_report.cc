@@ -62,11 +62,10 @@ std::vector<report::Fact> FactsOf(const Study& study, const TuningResult& result
           {"study", study.hash(), "digest of all that decides its trials"}};
 }
 
-report::Section HeldOutSection(const StudySettings& settings, const HeldOut& held_out) {
-  report::Section section = compare::ChangeSection(held_out.trials);
+report::Section HeldOutSection(const TuningSettings& settings, const HeldOut& held_out) {
+  report::Section section = batch::ChangeSection(held_out.changes, {.a = "before", .b = "tuned"});
   section.title = fmt::format("Before and after, on held-out seeds{}",
                               settings.proof.cameras ? ", through the cameras" : "");
-  section.note = "A: before, B: tuned. " + section.note;
   return section;
 }
 
@@ -104,7 +103,8 @@ report::Section ConvergenceSection(const TuningResult& result) {
            .legend = true}}};
 }
 
-report::Section CostSection(const StudySettings& settings, const std::optional<HeldOut>& held_out) {
+report::Section CostSection(const TuningSettings& settings,
+                            const std::optional<HeldOut>& held_out) {
   std::vector<std::string> columns = {"<term", "weight", "more where it fails"};
   if (held_out) columns.insert(columns.end(), {"cost before", "tuned"});
   report::Table table(columns);
@@ -155,24 +155,23 @@ std::string GainsYaml(const Study& study, const TuningResult& result) {
       at.reset(at[key.substr(begin, dot - begin)]);
     at[key.substr(begin)] = FormatNumber(result.tuned[i]);
   }
-  std::string text = fmt::format("# {}\n{}, study {}, {}.\n", study.settings().description,
-                                 kGainsFile.mark, study.hash(), system::VersionAndCommit());
+  std::string text = fmt::format("# {}\n{}, study {}, {}.\n", study.plan().title(), kGainsFile.mark,
+                                 study.hash(), system::VersionAndCommit());
   if (result.held_out) {
-    const compare::Change& docked = result.held_out->trials.all;
-    text += fmt::format("# {} held-out trials: docked {:.1f} % (before: {:.1f} %).\n", docked.pairs,
-                        100 * docked.b, 100 * docked.a);
+    const batch::Change& success = result.held_out->changes.front();
+    text += fmt::format("# {} held-out trials: success {:.1f} % (before: {:.1f} %).\n",
+                        success.pairs, 100 * *success.b, 100 * *success.a);
   }
   return text + YAML::Dump(gains) + "\n";
 }
 
 report::Report ReportOf(const Study& study, const TuningResult& result) {
-  const StudySettings& settings = study.settings();
-  report::Report report{
-      .kind = "tuning",
-      .title = settings.description.empty() ? "tuning study" : settings.description,
-      .build = system::VersionAndCommit(),
-      .verdict = VerdictOf(study, result),
-      .facts = FactsOf(study, result)};
+  const TuningSettings& settings = study.settings();
+  report::Report report{.kind = "tuning",
+                        .title = study.plan().title(),
+                        .build = system::VersionAndCommit(),
+                        .verdict = VerdictOf(study, result),
+                        .facts = FactsOf(study, result)};
   if (result.held_out) report.sections.push_back(HeldOutSection(settings, *result.held_out));
   if (!result.generations.empty()) report.sections.push_back(ConvergenceSection(result));
   report.sections.push_back(GainsSection(study, result));
@@ -183,7 +182,7 @@ report::Report ReportOf(const Study& study, const TuningResult& result) {
 Json TuningJson(const Study& study, const TuningResult& result) {
   Json generations = result.generations;
   for (Json& row : generations) row["gains"] = Named(study, row["gains"]);
-  return {{"description", study.settings().description},
+  return {{"description", study.plan().settings().description},
           {"study_hash", study.hash()},
           {"version", system::VersionAndCommit()},
           {"finished", result.finished},

@@ -22,17 +22,28 @@ random:
   start.heading_rad: {uniform: [0, 0.4]}
 END
 sed 's/^description: .*/description: docking at night over current/; s/seeds: 20/seeds: 8/; /controller:/d' currents.yaml >laws.yaml
+cat >cells.yaml <<'END'
+schema_version: 1
+description: both markers over milk and distance
+set: {optics: published, start: {lateral_m: 0, vertical_m: 0, heading_rad: 0}}
+cases:
+  active 400 mm: {scenario: pool_active, model: tank_active.xml, start.distance_min_m: 0.4, start.distance_max_m: 0.4}
+  active 600 mm: {scenario: pool_active, model: tank_active.xml, start.distance_min_m: 0.6, start.distance_max_m: 0.6}
+  active 1000 mm: {scenario: pool_active, model: tank_active.xml, start.distance_min_m: 1, start.distance_max_m: 1}
+  passive 400 mm: {scenario: pool_passive, model: tank_passive.xml, start.distance_min_m: 0.4, start.distance_max_m: 0.4}
+  passive 600 mm: {scenario: pool_passive, model: tank_passive.xml, start.distance_min_m: 0.6, start.distance_max_m: 0.6}
+  passive 1000 mm: {scenario: pool_passive, model: tank_passive.xml, start.distance_min_m: 1, start.distance_max_m: 1}
+grid: {water.milk_ml_m3: [0, 20, 40, 60, 80, 120, 200]}
+END
+
 cat >gate.yaml <<'END'
 schema_version: 1
 description: docking at night, a heavier vehicle
-baseline: gate.baseline.yaml
-alpha: 0.05
-beta: 0.1
-max_trials: 60
-margins: {success_rate: 0.2, time_s: 4}
-conditions:
-  - {name: calm, scenario: sea_night_active, set: {pose_source: true_pose}}
-  - {name: moderate sea, scenario: sea_night_active, set: {pose_source: true_pose, sea.state: moderate}}
+scenario: sea_night_active
+set: {pose_source: true_pose}
+seeds: 60
+cases: {calm: {}, moderate sea: {sea.state: moderate}}
+gate: {baseline: gate.baseline.yaml, alpha: 0.05, beta: 0.1, margins: {success_rate: 0.2, time_s: 4}}
 END
 
 [ -e trial/report.html ] || "$program" run sea_night_active --out trial --video --report --quiet
@@ -43,7 +54,7 @@ END
 [ -e gate.baseline.yaml ] || "$program" gate gate.yaml --update --quiet
 [ -e gate/report.html ] || "$program" gate gate.yaml --set vehicle.rigid_body.mass_kg=15.35 --bundles 2 --out gate --quiet || [ $? = 1 ]
 [ -e cells.json ] || {
-  "$program" recognize --distances 400,600,1000 --milk 0,20,40,60,80,120,200 --seconds 0.5 --json --quiet >cells.part
+  "$program" recognize cells.yaml --seconds 0.5 --json --quiet >cells.part
   mv cells.part cells.json
 }
 

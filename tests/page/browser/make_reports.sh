@@ -44,31 +44,40 @@ sed 's/controller: \[.*/controller: [pid, lqg]/; s/seeds: 6/seeds: 4/' plan.yaml
 cat >study.yaml <<'END'
 schema_version: 1
 description: lqg sway, a try-out
-trials:
-  scenario: sea_night_active
-  seeds: 3
-  set: {pose_source: true_pose, controller: lqg, duration_s: 30}
-gains:
-  - {key: lqg.sway.effort_share, low: 0.09, high: 1.4, scale: log}
-  - {key: lqg.yaw.error_rad, low: 0.02, high: 0.3, scale: log}
-objective:
-  - {metric: time_s, weight: 1, failed: 60}
-  - {metric: final_error_true_y_m, weight: 500}
-success_at_least: 0.5
-optimiser: {population: 5, generations: 2}
-proof: {held_out_seeds: 6, cameras: false}
+scenario: sea_night_active
+seeds: 3
+set: {pose_source: true_pose, controller: lqg, duration_s: 30}
+tuning:
+  gains:
+    - {key: lqg.sway.effort_share, low: 0.09, high: 1.4, scale: log}
+    - {key: lqg.yaw.error_rad, low: 0.02, high: 0.3, scale: log}
+  objective:
+    - {metric: time_s, weight: 1, failed: 60}
+    - {metric: final_error_true_y_m, weight: 500}
+  success_at_least: 0.5
+  optimiser: {population: 5, generations: 2}
+  proof: {held_out_seeds: 6, cameras: false}
+END
+
+cat >cells.yaml <<'END'
+schema_version: 1
+description: both markers over milk and distance
+set: {optics: published, start: {lateral_m: 0, vertical_m: 0, heading_rad: 0}}
+cases:
+  active 400 mm: {scenario: pool_active, model: tank_active.xml, start.distance_min_m: 0.4, start.distance_max_m: 0.4}
+  active 1000 mm: {scenario: pool_active, model: tank_active.xml, start.distance_min_m: 1, start.distance_max_m: 1}
+  passive 400 mm: {scenario: pool_passive, model: tank_passive.xml, start.distance_min_m: 0.4, start.distance_max_m: 0.4}
+  passive 1000 mm: {scenario: pool_passive, model: tank_passive.xml, start.distance_min_m: 1, start.distance_max_m: 1}
+grid: {water.milk_ml_m3: [0, 40, 120]}
 END
 
 cat >gate.yaml <<'END'
 schema_version: 1
 description: short trials
-baseline: gate.baseline.yaml
-alpha: 0.1
-beta: 0.1
-max_trials: 9
-margins: {success_rate: 0.4}
-conditions:
-  - {name: short, scenario: short.yaml}
+scenario: short.yaml
+seeds: 9
+cases: {short: {}}
+gate: {baseline: gate.baseline.yaml, alpha: 0.1, beta: 0.1, margins: {success_rate: 0.4}}
 END
 
 "$program" run short.yaml --out trial --video --report --quiet
@@ -90,8 +99,7 @@ sed '/^grid:/,$d; s/seeds: 6/seeds: 1/' plan.yaml >single.yaml
 "$program" gate gate.yaml --update --quiet
 # with a third of the time no trial docks any more
 "$program" gate gate.yaml --set duration_s=1.2 --bundles 2 --out gate --quiet || [ $? = 1 ]
-"$program" recognize --distances 400,1000 --milk 0,40,120 --seconds 1 --json --figure recognition.png \
-  --quiet >recognition.json
+"$program" recognize cells.yaml --seconds 1 --json --figure recognition.png --quiet >recognition.json
 
 "$program" report trial --out trial.html
 "$program" report lost --out lost.html

@@ -89,7 +89,7 @@ test('a batch: names with units, bars of all, equal axes; none that docks, one t
     .locator('.bar span')
     .evaluateAll(list => list.map(span => Number.parseFloat(span.style.width)));
   assert.ok(bars.length && bars.reduce((sum, width) => sum + width, 0) < 60, `${bars} % of all`);
-  assert.equal(await page.locator('.bar-list').getByText('docked').count(), 0);
+  assert.equal(await page.locator('.bar-list').getByText('success').count(), 0);
   for (const title of await page.locator('h2, th').allInnerTexts())
     assert.doesNotMatch(title, /\w_\w|\[\d\]/, 'no key is a title');
   const {X, Y} = await page.evaluate(() => {
@@ -102,7 +102,7 @@ test('a batch: names with units, bars of all, equal axes; none that docks, one t
   );
   await close();
   const none = await open('none', 1440);
-  assert.match(await none.page.locator('main').innerText(), /None of these docked/);
+  assert.match(await none.page.locator('main').innerText(), /None of these succeeded/);
   const {places, farthest_mm} = await none.page.evaluate(() => {
     const {X, Y, box, panel} = globalThis.turbidock.errors;
     const {x, y} = panel.series[0];
@@ -133,7 +133,7 @@ test('a batch: names with units, bars of all, equal axes; none that docks, one t
   assert.deepEqual(none.complaints, []);
   await none.close();
   const single = await open('single', 1440);
-  assert.match(await single.page.locator('main').innerText(), /All of them docked/);
+  assert.match(await single.page.locator('main').innerText(), /All of them succeeded/);
   assert.match(await single.page.locator('#trials [role=status]').innerText(), /^1 trial\./);
   assert.match(
     await single.page.locator('main').innerText(),

@@ -19,7 +19,7 @@ TEST(UrdfExample, DocksAsTheReadmeHasIt) {
   const std::string readme = system::ReadWhole(config::ModelPath("README.md"));
   const size_t begin = readme.find("```sh\n", readme.find("**I have a URDF.**")) + 6;
   const std::string block = readme.substr(begin, readme.find("```", begin) - begin);
-  ASSERT_NE(block.find("--expect docked"), std::string::npos) << block;
+  ASSERT_NE(block.find("--expect success"), std::string::npos) << block;
   const fs::path folder = fs::path(::testing::TempDir()) / "urdf_example";
   fs::remove_all(folder);
   fs::create_directories(folder / "assets");

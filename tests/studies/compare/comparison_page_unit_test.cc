@@ -1,6 +1,6 @@
-// The page of a comparison: seeds that flipped open their trials in both sets.
+// The page of a comparison: seeds that changed open their trials in both sets.
 
-#include "experiments/studies/compare/comparison.h"
+#include "experiments/studies/compare/comparison_page.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ class ComparisonPage : public ::testing::Test {
       const bool lost = is_b && i == 1;
       trial.record.seed = i;
       trial.record.reason = lost ? "<b>lost</b>" : "docked";
-      trial.record.outcome = lost ? trial::Outcome::kTimeout : trial::Outcome::kDocked;
+      trial.record.outcome = lost ? trial::Outcome::kTimeout : trial::Outcome::kSuccess;
       trial.record.failure = lost ? trial::Failure::kFalseLock : trial::Failure::kNone;
       if (!is_b) trial.series = series;
       store.Add(trial);
@@ -62,12 +62,12 @@ TEST_F(ComparisonPage, HasTheTrialsThatFlippedOnBothSides) {
   ASSERT_EQ(page.model["links"].size(), 1u) << "of three seeds one flipped";
   const report::Json& link = page.model["links"]["1-1"];
   EXPECT_EQ(link["title"], "Seed 1");
-  EXPECT_EQ(link["note"], "Docked in A only; in B: false lock.");
+  EXPECT_EQ(link["note"], "Succeeds in A only; in B: false lock.");
   ASSERT_EQ(link["trials"].size(), 2u);
   const report::Json &first = link["trials"][0], &second = link["trials"][1];
   EXPECT_EQ(first["title"], "A: trial 1 of a.db");
   EXPECT_EQ(first["commands"][0]["command"], "turbidock replay a.db 1 --out out/A1");
-  EXPECT_EQ(first["outcome"], "docked");
+  EXPECT_EQ(first["outcome"], "success");
   EXPECT_EQ(second["outcome"], "timeout");
   EXPECT_EQ(second["reason"], "<b>lost</b>");
   EXPECT_THAT(second["note"].get<std::string>(), HasSubstr("were not stored"));

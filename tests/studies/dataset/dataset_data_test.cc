@@ -15,6 +15,7 @@
 #include "experiments/trial/trial.h"
 #include "sim/base/check.h"
 #include "sim/base/units.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::dataset {
 namespace {
@@ -111,6 +112,36 @@ TEST_F(Dataset, ShowsTheMarkerWhereTheTrialBegins) {
       }
     }
   }
+}
+
+TEST_F(Dataset, HasOneMarkerAndWhatPinholesSee) {
+  const auto error = [&](const std::string& other) {
+    const batch::Plan plan(
+        "schema_version: 1\nscenario: pool_active\nseeds: 2\ncases: {a: {}, b: {" + other + "}}\n",
+        "plan");
+    return testing::MessageOf([&] { MakeDataset(plan, folder_.string(), {}); });
+  };
+  EXPECT_EQ(error("marker.outer_ring_ratio: 1.9"),
+            "marker: that of trial 2 is another one than that of trial 0; a dataset has one");
+  EXPECT_EQ(error("lens.k1: 0.1"), "lens: must be 0: labels are those of pinhole cameras");
+  EXPECT_FALSE(fs::exists(folder_));
+}
+
+TEST_F(Dataset, RefusesWhatOnlyTrialsHave) {
+  const auto error = [](const std::string& key, std::optional<int> seeds = {}) {
+    return testing::MessageOf([&] {
+      const batch::Plan plan("schema_version: 1\nscenario: pool_active\n" + key + "\n", "plan.yaml",
+                             {.seeds = seeds, .refused = RefusedKeys()});
+    });
+  };
+  EXPECT_EQ(
+      error("precision: 0.1"),
+      "plan.yaml:3: precision: a dataset has `seeds` pairs of images in each cell; give --seeds");
+  EXPECT_EQ(error("precision: 0.1", 2), "no error");
+  EXPECT_EQ(error("series_every_frames: 1"),
+            "plan.yaml:3: series_every_frames: no trial runs: there is no log");
+  EXPECT_EQ(error("trial_time_limit_s: 5"),
+            "plan.yaml:3: trial_time_limit_s: no trial runs: images are made");
 }
 
 TEST_F(Dataset, GoesOnWithWhatIsThereAndMixesNothing) {

@@ -38,44 +38,49 @@ class GateRepeat : public ::testing::Test {
            "start: {distance_min_m: 0.45, distance_max_m: 0.5, lateral_m: 0.02,\n"
            "        vertical_m: 0.02, heading_rad: 0.02}\n"
            "procedure: {found_hold_s: 0.1, servo_x_m: 0.45, docking_rate_mps: 0.1}\n";
-    Gate(20);
+    WriteGate(20);
   }
   void TearDown() override { fs::remove_all(folder_); }
 
   std::string File(const std::string& name) const { return (folder_ / name).string(); }
-  void Gate(int max_trials) {
+  void WriteGate(int seeds, int master_seed = 1) {
     std::ofstream(File("gate.yaml"))
-        << "schema_version: 1\nbaseline: gate.baseline.yaml\nalpha: 0.1\nbeta: 0.1\n"
-           "margins: {success_rate: 0.5, time_s: 1}\nmax_trials: "
-        << max_trials
-        << "\nconditions:\n  - {name: plain, scenario: short.yaml}\n"
-           "  - {name: '10', scenario: short.yaml, set: {start.lateral_m: 0.03}}\n";
-    Load({});
+        << "schema_version: 1\nscenario: short.yaml\nseeds: " << seeds
+        << "\nmaster_seed: " << master_seed
+        << "\ncases: {plain: {}, '10': {start.lateral_m: 0.03}}\n"
+           "gate: {baseline: gate.baseline.yaml, alpha: 0.1, beta: 0.1,\n"
+           "       margins: {success_rate: 0.5, time_s: 1}}\n";
   }
-  void Load(const std::vector<std::string>& assignments) {
-    const int64_t seed = plan_.seed;
-    plan_ = LoadGatePlan(File("gate.yaml"), {}, config::ParseAssignments(assignments));
-    plan_.seed = seed;
+  Gate Load(const std::vector<std::string>& assignments = {}) {
+    return LoadGate(File("gate.yaml"), {}, config::ParseAssignments(assignments));
   }
   batch::ResultStore Open(const std::string& name, const std::vector<std::string>& assignments,
                           bool anew = false) {
-    Load(assignments);
-    return OpenTrials(File(name), plan_, anew, [&](const std::string& text) { said_ += text; });
+    return OpenTrials(File(name), Load(assignments), anew, {},
+                      [&](const std::string& text) { said_ += text; });
   }
   std::string Judge(const Baseline& baseline, const std::vector<std::string>& assignments,
                     const batch::RunOptions& options, batch::ResultStore* store) {
-    Load(assignments);
-    return report::JsonText(RunGate(plan_, baseline, MakeGateRunner(plan_, options, store)));
+    const Gate gate = Load(assignments);
+    GateRun run(gate, baseline);
+    run.Run(options, store);
+    return report::JsonText(run.Report());
+  }
+  Baseline Measure(const std::vector<std::string>& assignments = {},
+                   const batch::RunOptions& options = {}, batch::ResultStore* store = nullptr) {
+    const Gate gate = Load(assignments);
+    GateRun run(gate);
+    run.Run(options, store);
+    return run.Measured();
   }
 
   const fs::path folder_ =
       fs::temp_directory_path() / ("turbidock_gate_repeat_" + std::to_string(getpid()));
-  GatePlan plan_;
   std::string said_;
 };
 
 TEST_F(GateRepeat, StopsAndWorkersDoNotShowInTheVerdict) {
-  const Baseline baseline = MeasureBaseline(plan_, MakeGateRunner(plan_, {}));
+  const Baseline baseline = Measure();
   for (const std::vector<std::string>& assignments :
        {std::vector<std::string>{}, std::vector<std::string>{"duration_s=2.7"}}) {
     const std::string expected = Judge(baseline, assignments, {.jobs = {.workers = 1}}, nullptr);
@@ -106,22 +111,39 @@ TEST_F(GateRepeat, StopsAndWorkersDoNotShowInTheVerdict) {
 }
 
 TEST_F(GateRepeat, ABaselineGoesOnAfterAStop) {
-  const std::string whole = BaselineText(MeasureBaseline(plan_, MakeGateRunner(plan_, {})));
+  const std::string whole = BaselineText(Measure());
   std::string text;
   while (text.empty()) {
     batch::ResultStore store = Open("baseline.db", {});
     int64_t run = 0;
     try {
-      text = BaselineText(MeasureBaseline(
-          plan_, MakeGateRunner(plan_,
-                                {.jobs = {.workers = 2},
-                                 .on_trial = [&](const batch::StoredTrial&) { ++run; },
-                                 .stop_requested = [&] { return run >= 7; }},
-                                &store)));
+      text = BaselineText(Measure({},
+                                  {.jobs = {.workers = 2},
+                                   .on_trial = [&](const batch::StoredTrial&) { ++run; },
+                                   .stop_requested = [&] { return run >= 7; }},
+                                  &store));
     } catch (const batch::Stopped&) {
     }
   }
   EXPECT_EQ(text, whole);
+}
+
+// Another build's trials, in its file, are judged as if they had been run now.
+TEST_F(GateRepeat, AFileOfTrialsIsJudgedAsTheGateJudgedIt) {
+  const Baseline baseline = Measure();
+  const std::vector<std::string> slow = {"duration_s=2.7"};
+  std::string judged;
+  {
+    batch::ResultStore store = Open("trials.db", slow);
+    judged = Judge(baseline, slow, {.jobs = {.workers = 2}}, &store);
+  }
+  GateReport again = ReportOfFile(File("trials.db"), Load(), baseline);
+  again.assignments = slow;
+  EXPECT_EQ(report::JsonText(again), judged);
+  WriteGate(20, /*master_seed=*/2);
+  Baseline other = Measure();
+  EXPECT_THAT(MessageOf([&] { ReportOfFile(File("trials.db"), Load(), other); }),
+              HasSubstr("is none of the baseline's"));
 }
 
 // Whatever a trial depends on; not what only the verdict does. Another program is what a gate is
@@ -132,30 +154,31 @@ TEST_F(GateRepeat, TrialsOfAnotherGateAreRefusedAndOfAnotherProgramBegunAnew) {
   };
   const auto fill = [&] {
     batch::ResultStore store = Open("trials.db", {});
-    MeasureBaseline(plan_, MakeGateRunner(plan_, {.jobs = {.workers = 2}}, &store));
+    Measure({}, {.jobs = {.workers = 2}}, &store);
   };
-  Gate(2);
+  WriteGate(2);
   fill();
   EXPECT_EQ(stored({}), 4);
-  Gate(3);
+  WriteGate(3);
   EXPECT_EQ(stored({}), 4);
   EXPECT_THAT(said_, IsEmpty());
   EXPECT_THAT(MessageOf([&] { stored({"camera_delay_frames=4"}); }),
-              HasSubstr("trials.db: was begun with something else: plain: 'camera_delay_frames: 1' "
-                        "then, 'camera_delay_frames: 4' now"));
+              HasSubstr("'camera_delay_frames: 1' then, 'camera_delay_frames: 4' now"));
   EXPECT_EQ(stored({}), 4);
   EXPECT_EQ(std::ssize(Open("trials.db", {"camera_delay_frames=4"}, /*anew=*/true).Done()), 0);
-  EXPECT_THAT(said_, HasSubstr("begun anew"));
   Open("trials.db", {}, /*anew=*/true);
   fill();
-  plan_.seed = 2;
-  EXPECT_THAT(MessageOf([&] { stored({}); }), HasSubstr("'seed: 1' then, 'seed: 2' now"));
-  plan_.seed = 1;
+  WriteGate(3, /*master_seed=*/2);
+  EXPECT_THAT(MessageOf([&] { stored({}); }), HasSubstr("master_seed: '1' then, '2' now"));
+  WriteGate(3);
+  EXPECT_THAT(said_, IsEmpty());
   // as by another build
   SQLite::Database(File("trials.db"), SQLite::OPEN_READWRITE)
-      .exec("UPDATE meta SET value = 'another' WHERE key = 'build'");
+      .exec(
+          "UPDATE meta SET value = 'another' WHERE key = 'build'; UPDATE trials SET identity = "
+          "'x'");
   EXPECT_EQ(stored({}), 0);
-  EXPECT_THAT(said_, HasSubstr("(the builds differ: another and "));
+  EXPECT_THAT(said_, HasSubstr("has trials of another program (another): begun anew"));
 
   std::ofstream(File("notes.db")) << "what I noted";
   EXPECT_THROW(Open("notes.db", {}), ConfigError);
@@ -167,24 +190,21 @@ TEST_F(GateRepeat, TrialsOfAVehicleThatHasChangedAreRefused) {
   fs::copy_file(config::ModelPath("vehicle.xml"), own);
   fs::copy_file(config::ModelPath("vehicle.yaml"), File("own.yaml"));
   const std::vector<std::string> assignments = {"vehicle_model=" + own};
-  Gate(1);
+  WriteGate(1);
   {
     batch::ResultStore store = Open("trials.db", assignments);
-    MeasureBaseline(plan_, MakeGateRunner(plan_, {}, &store));
+    Measure(assignments, {}, &store);
   }
   EXPECT_EQ(std::ssize(Open("trials.db", assignments).Done()), 2);
-  EXPECT_THAT(said_, IsEmpty());
   std::ofstream(own, std::ios::app) << "<!-- heavier -->\n";
-  EXPECT_THAT(MessageOf([&] { Open("trials.db", assignments); }),
-              HasSubstr("the file " + own + " has changed"));
+  EXPECT_THAT(MessageOf([&] { Open("trials.db", assignments); }), HasSubstr(own + " has changed"));
   EXPECT_THAT(Open("trials.db", assignments, /*anew=*/true).Done(), IsEmpty());
-  EXPECT_THAT(said_, HasSubstr("the file " + own + " has changed"));
 }
 
 TEST_F(GateRepeat, ACrashIsNoVerdictAndRunsAgain) {
-  batch::ResultStore store = Open("trials.db", {"duration_s=1000", "docked_hold_s=60"});
-  EXPECT_THROW(MeasureBaseline(plan_, MakeGateRunner(plan_, {.time_limit_s = 0.2}, &store)),
-               SimulatorFault);
+  const std::vector<std::string> assignments = {"duration_s=1000", "docked_hold_s=60"};
+  batch::ResultStore store = Open("trials.db", assignments);
+  EXPECT_THROW(Measure(assignments, {.time_limit_s = 0.2}, &store), SimulatorFault);
   EXPECT_THAT(store.Done(), IsEmpty());
 }
 

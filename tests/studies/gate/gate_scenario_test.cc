@@ -42,9 +42,9 @@ class GateProgram : public ::testing::Test {
          "        heading_rad: 0.02}\n"
          "procedure: {found_hold_s: 0.1, servo_x_m: 0.45, docking_rate_mps: 0.1}\n");
     gate_ = File("gate.yaml",
-                 "schema_version: 1\ndescription: short trials\nbaseline: gate.baseline.yaml\n"
-                 "alpha: 0.1\nbeta: 0.1\nmax_trials: 9\nmargins: {success_rate: 0.4}\n"
-                 "conditions:\n  - {name: short, scenario: short.yaml}\n");
+                 "schema_version: 1\ndescription: short trials\nscenario: short.yaml\nseeds: 9\n"
+                 "cases: {short: {}}\ngate: {baseline: gate.baseline.yaml, alpha: 0.1, beta: 0.1,\n"
+                 "       margins: {success_rate: 0.4}}\n");
   }
   void TearDown() override { fs::remove_all(folder_); }
 
@@ -80,7 +80,7 @@ class GateProgram : public ::testing::Test {
 TEST_F(GateProgram, AHalvedGainIsCaughtAndAChangedCommentIsNot) {
   const ProgramEnd update = RunProgram({"gate", gate_, "--update", "--workers", "2"});
   ASSERT_EQ(update.exit_code, 0) << update.err;
-  EXPECT_THAT(update.err, HasSubstr("short: 9 of 9 docked"));
+  EXPECT_THAT(update.err, HasSubstr("short: 9 of 9 succeed"));
 
   const std::string comment = ChangedBuild(
       "comment", [](const std::string& text) { return "# gains, as they were\n" + text; });
@@ -104,12 +104,11 @@ TEST_F(GateProgram, AHalvedGainIsCaughtAndAChangedCommentIsNot) {
   EXPECT_THAT(TextOf(failed_out + "/summary.md"), HasSubstr("# fail: short trials"));
   EXPECT_THAT(TextOf(failed_out + "/junit.xml"), HasSubstr("<failure type=\"worse\""));
   const auto summary = nlohmann::json::parse(TextOf(failed_out + "/summary.json"));
-  const auto failing = summary["conditions"][0]["newly_failing_seeds"];
-  ASSERT_FALSE(failing.empty());
+  const auto flips = summary["conditions"][0]["flips"];
+  ASSERT_FALSE(flips.empty());
 
   // the bundle of the first of them
-  const fs::path bundle =
-      fs::path(failed_out) / "failures" / ("short_" + std::to_string(failing[0].get<int64_t>()));
+  const fs::path bundle = fs::path(failed_out) / "failures" / flips[0]["link"].get<std::string>();
   for (const char* name : {"resolved.yaml", "result.json", "figure.png", "video.mp4"})
     EXPECT_GT(fs::file_size(bundle / name), 100u) << name;
   EXPECT_EQ(std::distance(fs::directory_iterator(bundle.parent_path()), {}), 1);
@@ -119,9 +118,10 @@ TEST_F(GateProgram, AHalvedGainIsCaughtAndAChangedCommentIsNot) {
 TEST_F(GateProgram, FailuresWithoutCamerasAreRunAgainWithoutVideo) {
   const std::string gate =
       File("blind.yaml",
-           "schema_version: 1\ndescription: without cameras\nbaseline: blind.baseline.yaml\n"
-           "alpha: 0.1\nbeta: 0.1\nmax_trials: 9\nmargins: {success_rate: 0.4}\n"
-           "conditions:\n  - {name: blind, scenario: short.yaml, set: {pose_source: true_pose}}\n");
+           "schema_version: 1\ndescription: without cameras\nscenario: short.yaml\nseeds: 9\n"
+           "cases: {blind: {pose_source: true_pose}}\n"
+           "gate: {baseline: blind.baseline.yaml, alpha: 0.1, beta: 0.1,\n"
+           "       margins: {success_rate: 0.4}}\n");
   const ProgramEnd update = RunProgram({"gate", gate, "--update", "--workers", "2"});
   ASSERT_EQ(update.exit_code, 0) << update.err;
   const std::string out = (folder_ / "blind_out").string();
@@ -190,8 +190,8 @@ TEST_F(GateProgram, WhatCannotBeJudgedNeverPasses) {
 
   // a baseline of two trials, so that the rest is quick
   const std::string small = File("small.yaml",
-                                 "schema_version: 1\nbaseline: small.baseline.yaml\nmax_trials: 2\n"
-                                 "conditions:\n  - {name: short, scenario: short.yaml}\n");
+                                 "schema_version: 1\nscenario: short.yaml\nseeds: 2\n"
+                                 "cases: {short: {}}\ngate: {baseline: small.baseline.yaml}\n");
   ASSERT_EQ(RunProgram({"gate", small, "--update"}).exit_code, 0);
   const ProgramEnd unsure = RunProgram({"gate", small});
   EXPECT_EQ(unsure.exit_code, 3) << unsure.err;
@@ -205,7 +205,7 @@ TEST_F(GateProgram, WhatCannotBeJudgedNeverPasses) {
   EXPECT_EQ(no_mesa.exit_code, 4) << no_mesa.err;
 
   std::string text = TextOf(folder_ / "small.baseline.yaml");
-  text.replace(text.find("docked: 2"), 9, "docked: 1");
+  text.replace(text.find("successes: 2"), 12, "successes: 1");
   File("small.baseline.yaml", text);
   expect(2, {"gate", small}, "was edited");
 }

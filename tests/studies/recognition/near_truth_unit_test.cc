@@ -1,11 +1,16 @@
 // F near the true pose, which the calibration asks for instead of a search.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <map>
 
 #include "experiments/studies/recognition/calibration.h"
 
 namespace turbidock::recognition {
 namespace {
+
+using Scenarios = std::map<MarkerKind, trial::Scenario>;
 
 Scenarios With(const std::vector<std::string>& assignments) {
   return {{MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, assignments)},
@@ -21,9 +26,19 @@ const std::vector<RecognitionCell> kCells = {{MarkerKind::kActive, 20, 0.6},
 // Recognised well, poorly and not at all.
 TEST(NearTruth, IsWhatTheSearchEndsWith) {
   const Scenarios scenarios = With({});
-  const std::vector<CellResult> searched =
-      RunCells(scenarios, kCells, {.seconds = 1, .jobs = {.workers = 2}});
+  std::string cases;
+  for (const RecognitionCell& cell : kCells)
+    cases += fmt::format(
+        "  {0} {1} {2}: {{scenario: pool_{0}, model: tank_{0}.xml, optics: published, "
+        "water.milk_ml_m3: {1}, start.distance_min_m: {2}, start.distance_max_m: {2}}}\n",
+        NameOf(cell.marker), cell.milk_ml_m3, cell.distance_m);
+  const batch::Plan plan(
+      "schema_version: 1\nset: {start: {lateral_m: 0, vertical_m: 0, heading_rad: 0}}\ncases:\n" +
+          cases,
+      "plan");
+  const std::vector<CellResult> searched = Recognize(plan, {.seconds = 1, .jobs = {.workers = 2}});
   for (size_t i = 0; i < kCells.size(); ++i) {
+    EXPECT_EQ(searched[i].cell, kCells[i]);
     const trial::Scenario& scenario = scenarios.at(kCells[i].marker);
     const trial::FixedView view = ViewOf(scenario, kCells[i]);
     const light::Water water = WaterOf(view, scenario, kCells[i]);

@@ -12,9 +12,12 @@
 #include <utility>
 #include <vector>
 
+#include "experiments/batch/result_store.h"
 #include "experiments/media/png.h"
 #include "experiments/statistics/intervals.h"
+#include "experiments/studies/recognition/recognition.h"
 #include "experiments/studies/recognition/table.h"
+#include "experiments/trial/world.h"
 #include "tests/support/message_of.h"
 #include "tests/support/program.h"
 
@@ -120,47 +123,105 @@ TEST(Comparison, CountsByHand) {
   const auto result = [](double milk, double mean) {
     return CellResult{.cell = {MarkerKind::kActive, milk, 0.4}, .fitness_mean = mean};
   };
-  const TableComparison c = Compare({result(0, 0.7), result(1, 0.5), result(2, -0.1)},
-                                    {row(0, 0.8), row(1, 0.7), row(2, 0.1)});
+  // what only one of both has does not count
+  const TableComparison c =
+      Compare({result(0, 0.7), result(1, 0.5), result(2, -0.1), result(3, -0.2)},
+              {row(0, 0.8), row(1, 0.7), row(2, 0.1), row(4, 0)})
+          .value();
   EXPECT_NEAR(c.rmse, std::sqrt((0.01 + 0.04 + 0.04) / 3), 1e-12);
   EXPECT_NEAR(c.area_agreement, 2.0 / 3, 1e-12);
   EXPECT_TRUE(c.loss_by_distance_m.at(0.4).simulated_ml_m3);
+  EXPECT_FALSE(Compare({result(3, 1)}, {row(4, 0)}));
 }
 
-// Whatever else is in the run, in whatever order, by however many workers.
+// The active marker 0.6 m ahead.
+batch::Plan PlanOf(const std::string& milk, const std::string& more = "",
+                   const std::string& set = "") {
+  return {
+      "schema_version: 1\nscenario: pool_active\nset: {model: tank_active.xml, optics: published, "
+      "start: {distance_min_m: 0.6, distance_max_m: 0.6, lateral_m: 0, vertical_m: 0, heading_rad: "
+      "0}" +
+          set + "}\ngrid: {water.milk_ml_m3: [" + milk + "]}\n" + more,
+      "plan"};
+}
+
+void ExpectSame(const CellResult& x, const CellResult& y) {
+  EXPECT_EQ(x.cell, y.cell);
+  EXPECT_EQ(x.fitness, y.fitness);
+  EXPECT_EQ(x.fitness_mean, y.fitness_mean);
+  EXPECT_EQ(x.position_error_mean_m, y.position_error_mean_m);
+  EXPECT_EQ(x.last_X_HM.p, y.last_X_HM.p);
+  EXPECT_EQ(x.last_X_HM.q.coeffs(), y.last_X_HM.q.coeffs());
+}
+
+// Whatever else is in the plan, in whatever order, by however many workers.
 TEST(Recognition, CellsAreIndependent) {
   const RecognitionOptions brief{.seconds = 0.1, .settle_s = 0.1};
   RecognitionOptions shared = brief;
   shared.jobs.workers = 3;
-  const RecognitionCell a{MarkerKind::kActive, 10, 0.6}, b{MarkerKind::kActive, 200, 0.6};
-  const Scenarios scenarios = {{MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, {})}};
-  const auto both = RunCells(scenarios, {a, b}, brief);
-  const auto turned = RunCells(scenarios, {b, a}, shared);
+  const auto both = Recognize(PlanOf("10, 200"), brief);
+  const auto turned = Recognize(PlanOf("200, 10"), shared);
   ASSERT_EQ(both.size(), 2u);
   ASSERT_EQ(turned.size(), 2u);
-  for (const int i : {0, 1}) {
-    const CellResult &x = both[static_cast<size_t>(i)], &y = turned[static_cast<size_t>(1 - i)];
-    EXPECT_EQ(x.cell, y.cell);
-    EXPECT_EQ(x.fitness, y.fitness);
-    EXPECT_EQ(x.fitness_mean, y.fitness_mean);
-    EXPECT_EQ(x.position_error_mean_m, y.position_error_mean_m);
-    EXPECT_EQ(x.last_X_HM.p, y.last_X_HM.p);
-    EXPECT_EQ(x.last_X_HM.q.coeffs(), y.last_X_HM.q.coeffs());
-  }
+  EXPECT_EQ(both[0].cell, (RecognitionCell{MarkerKind::kActive, 10, 0.6}));
+  ExpectSame(both[0], turned[1]);
+  ExpectSame(both[1], turned[0]);
   EXPECT_NE(both[0].fitness, both[1].fitness);
   EXPECT_EQ(both[0].fitness.size(), 3u);
 }
 
+// An interrupted run goes on, with the same plan and time only.
+TEST(Recognition, GoesOnWithItsFile) {
+  const std::string file =
+      (std::filesystem::temp_directory_path() / "turbidock_recognition.db").string();
+  std::filesystem::remove(file);
+  RecognitionOptions kept{.seconds = 0.1, .settle_s = 0.1, .file = file};
+  const auto whole = Recognize(PlanOf("10, 50, 200"), {.seconds = 0.1, .settle_s = 0.1});
+  int done = 0;
+  kept.on_progress = [&](int so_far, int) { done = so_far; };
+  kept.stop_requested = [&] { return done > 0; };
+  EXPECT_TRUE(Recognize(PlanOf("10, 50, 200"), kept).empty());
+  EXPECT_LT(done, 3);
+  kept.stop_requested = {};
+  const auto again = Recognize(PlanOf("10, 50, 200"), kept);
+  ASSERT_EQ(again.size(), 3u);
+  for (size_t i = 0; i < 3; ++i) ExpectSame(again[i], whole[i]);
+  EXPECT_THROW(Recognize(PlanOf("10, 50"), kept), batch::OtherResults);
+  kept.seconds = 0.2;
+  EXPECT_THROW(Recognize(PlanOf("10, 50, 200"), kept), batch::OtherResults);
+  std::filesystem::remove(file);
+}
+
+// The bundled plans are the published experiment, as the calibration has it.
+TEST(Recognition, ItsPlansAreTheCalibrations) {
+  for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames) {
+    const batch::Plan plan = batch::LoadPlan(std::string("recognition_") + name);
+    std::set<RecognitionCell> cells;
+    for (int64_t trial = 0; trial < plan.trials(); ++trial) {
+      trial::Scenario scenario = plan.ScenarioOf(plan.Trial(trial));
+      const RecognitionCell cell = CellOf(scenario);
+      EXPECT_EQ(cell.marker, marker);
+      cells.insert(cell);
+      trial::Scenario expected =
+          RecognitionScenario(marker, {"water.milk_ml_m3=" + FormatNumber(cell.milk_ml_m3),
+                                       "seed=" + std::to_string(scenario.seed)});
+      EXPECT_EQ(trial::StartPose(scenario).p, Eigen::Vector3d(-cell.distance_m, 0, 0));
+      expected.start = scenario.start;
+      scenario.model_files.clear();
+      EXPECT_EQ(trial::SaveScenario(scenario), trial::SaveScenario(expected)) << trial;
+    }
+    EXPECT_EQ(std::ssize(cells), plan.trials());
+    for (const TableRow& row : PublishedTable(marker)) EXPECT_TRUE(cells.contains(row.cell));
+  }
+}
+
 // Any estimator of a scenario: who is right, and who is wrong and sure of it.
 TEST(Recognition, ComparesEstimators) {
-  const auto run = [](const std::vector<std::string>& assignments, double milk) {
-    const Scenarios scenarios = {
-        {MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, assignments)}};
-    return RunCells(scenarios, {{MarkerKind::kActive, milk, 0.6}},
-                    {.seconds = 0.2, .settle_s = 0.5})[0];
+  const auto run = [](const std::string& set, const std::string& milk) {
+    return Recognize(PlanOf(milk, "", set), {.seconds = 0.2, .settle_s = 0.5})[0];
   };
-  const CellResult search = run({}, 10), blobs = run({"pose_estimator=blobs"}, 10),
-                   blind = run({}, 1000);
+  const CellResult search = run("", "10"), blobs = run(", pose_estimator: blobs", "10"),
+                   blind = run("", "1000");
   EXPECT_EQ(search.right, 1);
   EXPECT_EQ(search.wrong_and_sure, 0);
   EXPECT_LT(search.position_error_mean_m, 0.001);
@@ -170,10 +231,11 @@ TEST(Recognition, ComparesEstimators) {
 
 // A pose that has found two balls of three has the F of a marker in sight, and is not sure.
 TEST(Recognition, IsSureWhereTheEstimatorIs) {
-  const Scenarios scenarios = {{MarkerKind::kActive, RecognitionScenario(MarkerKind::kActive, {})}};
-  const CellResult cell =
-      RunCells(scenarios, {{MarkerKind::kActive, 50, 1.0}}, {.seconds = 0.5, .settle_s = 0.5})[0];
-  EXPECT_GE(cell.fitness_mean, scenarios.at(MarkerKind::kActive).procedure.lost_fitness);
+  const batch::Plan plan =
+      PlanOf("50", "cases: {1 m: {start.distance_min_m: 1, start.distance_max_m: 1}}\n");
+  const CellResult cell = Recognize(plan, {.seconds = 0.5, .settle_s = 0.5})[0];
+  EXPECT_EQ(cell.name, "1 m");
+  EXPECT_GE(cell.fitness_mean, plan.ScenarioOf(plan.Trial(0)).procedure.lost_fitness);
   EXPECT_EQ(cell.wrong_and_sure, 0);
 }
 
@@ -212,7 +274,7 @@ TEST_F(RecognitionReport, SaysHowTurbidItMayBe) {
   };
   // three-point means 0.75, 0.6, 0.3, 0.1: 0.22 is 0.4 of the way from 40 to 100
   EXPECT_EQ(ReportOf(results_, {}).facts.at(0).value, "64 ml/m³");
-  EXPECT_THAT(ReportOf(results_, {}).facts.at(0).note, HasSubstr("published: 216 ml/m³"));
+  EXPECT_EQ(limit(results_).label, "turbidity limit, active at 400 mm");
   EXPECT_EQ(limit({Result(0, 0.8), Result(20, 0.7)}).value, "beyond 20 ml/m³");
   EXPECT_EQ(limit({Result(5, 0.1), Result(20, 0)}).value, "below 5 ml/m³");
   EXPECT_EQ(limit({Result(0, 0.8), Result(20, 0.7)}).note, "the table: beyond 20 ml/m³");
@@ -221,18 +283,37 @@ TEST_F(RecognitionReport, SaysHowTurbidItMayBe) {
   EXPECT_EQ(ReportOf(few, {}).facts.at(0).value, "40 to 120 ml/m³");
 }
 
+// Several trials of a cell are one; cells of another name are others, from whatever distance.
+TEST_F(RecognitionReport, HasAColumnForEachCellOfThePlan) {
+  std::vector<CellResult> results = {Result(0, 0.8), Result(0, 0.4), Result(0, 0.1)};
+  results[2].name = "dim";
+  const Columns columns = ColumnsOf(results, {Row(0, 0.9)}).at(MarkerKind::kActive);
+  ASSERT_EQ(columns.size(), 2u);
+  EXPECT_EQ(columns[0].name, "400 mm");
+  EXPECT_NEAR(columns[0].simulated.at(0), 0.6, 1e-6);
+  EXPECT_EQ(columns[0].cells.at(0).fitness.size(), 4u);
+  EXPECT_EQ(columns[1].name, "dim");
+  EXPECT_NEAR(columns[1].simulated.at(0), 0.1, 1e-6);
+  EXPECT_EQ(columns[1].reference.at(0), 0.9);
+}
+
 // More milk is brighter, as the cameras see it: all images of a sheet have one contrast.
 TEST(ImageSheet, ImagesCanBeCompared) {
   const std::string path =
       (std::filesystem::temp_directory_path() / "turbidock_sheet.png").string();
+  const batch::Plan plan(
+      "schema_version: 1\nscenario: pool_passive\nset: {model: tank_passive.xml, optics: "
+      "published, "
+      "start: {distance_min_m: 0.4, distance_max_m: 0.4, lateral_m: 0, vertical_m: 0, heading_rad: "
+      "0}}\ngrid: {water.milk_ml_m3: [40, 120]}\n",
+      "plan");
   std::vector<CellResult> results;
-  for (const double milk : {40, 120}) {
-    results.push_back({.cell = {MarkerKind::kPassive, milk, 0.4}});
+  for (const int64_t trial : {0, 1}) {
+    results.push_back({.cell = CellOf(plan.ScenarioOf(plan.Trial(trial))), .trial = trial});
     SetFitness({0.5F}, &results.back());
   }
   results.push_back({.cell = {MarkerKind::kActive, 80, 0.4}});  // is on another sheet
-  WriteImageSheet(path, RecognitionScenario(MarkerKind::kPassive, {}), MarkerKind::kPassive,
-                  results);
+  WriteImageSheet(path, plan, MarkerKind::kPassive, results);
   const Image3u8 sheet = media::ReadPng(path);
   std::filesystem::remove(path);
   ASSERT_EQ(sheet.width(), 90 + 2 * 496);
@@ -247,44 +328,50 @@ TEST(ImageSheet, ImagesCanBeCompared) {
 }
 
 TEST(RecognizeCommand, PrintsTheDocumentedKeys) {
-  const std::string table =
-      (std::filesystem::temp_directory_path() / "turbidock_recognize.csv").string();
+  const std::filesystem::path folder = std::filesystem::temp_directory_path();
+  const std::string table = folder / "turbidock_table.csv", plan = folder / "turbidock_tank.yaml";
   std::ofstream(table) << "milk_ml_m3,distance_mm,fitness_mean\n5,600,0.8\n300,600,0.1\n";
+  std::ofstream(plan)
+      << "schema_version: 1\nscenario: pool_passive\n"
+         "set: {model: tank_passive.xml, optics: published, start: "
+         "{distance_min_m: 0.6, distance_max_m: 0.6, lateral_m: 0, vertical_m: 0}}\n"
+         "grid: {water.milk_ml_m3: [5, 300]}\n";
   const turbidock::testing::ProgramEnd end = turbidock::testing::RunProgram(
-      {"recognize", "--table", table, "--marker", "passive", "--seconds", "0.1", "--json"});
-  std::filesystem::remove(table);
+      {"recognize", plan, "--passive", table, "--seconds", "0.1", "--json"});
+  for (const std::string& file : {table, plan}) std::filesystem::remove(file);
   ASSERT_EQ(end.exit_code, 0) << end.err;
+  EXPECT_THAT(end.err, HasSubstr("turbidock_tank: 2 trials of 0.1 s"));
   const auto json = nlohmann::json::parse(end.out);
   EXPECT_EQ(json.at("kind"), "recognition");
-  for (const char* key : {"cells", "rmse", "area_agreement", "loss_milk_ratio", "loss_milk_ml_m3",
-                          "lost_fitness_error", "fitness_std", "report"})
-    EXPECT_TRUE(json.contains(key)) << key;
+  for (const char* key : {"rmse", "area_agreement", "loss_milk_ratio", "loss_milk_ml_m3",
+                          "lost_fitness_error", "fitness_std"})
+    EXPECT_TRUE(json.at("tables").at("passive").contains(key)) << key;
   ASSERT_EQ(json["cells"].size(), 2u);
   for (const char* key :
-       {"marker", "milk_ml_m3", "distance_mm", "fitness_mean", "fitness_std", "area",
-        "position_error_mean_m", "right", "wrong_and_sure", "reference_mean"})
+       {"marker", "milk_ml_m3", "distance_mm", "trial", "name", "fitness_mean", "fitness_std",
+        "area", "position_error_mean_m", "right", "wrong_and_sure", "reference_mean"})
     EXPECT_TRUE(json["cells"][0].contains(key)) << key;
   EXPECT_EQ(json["cells"][0]["distance_mm"], 600);
-  EXPECT_TRUE(json["loss_milk_ratio"].contains("600"));
+  EXPECT_TRUE(json["tables"]["passive"]["loss_milk_ratio"].contains("600"));
 }
 
 TEST(RecognizeCommand, RefusesBadInput) {
   for (const auto& [arguments, said] :
        std::vector<std::pair<std::vector<std::string>, std::string>>{
-           {{"--milk", "-5"}, "--milk"},
-           {{"--distances", "5"}, "--distances"},
+           {{"--milk", "5"}, "recognize --milk is gone; now: "},
            {{"--set", "water.scattering_scale=9"}, "must be in [0.1, 3]"},
            {{"--set", "pose_source=true_pose"}, "pose_source: must be cameras"},
            {{"--set", "pose_estimator=best"}, "must be one of rm_ga, blobs, fiducial"},
-           {{"--table", "no.csv"}, "--marker"},
-           {{"--table", "no.csv", "--marker", "active"}, "no.csv: cannot be read"}}) {
-    std::vector<std::string> all = {"recognize"};
+           {{"--active", "no.csv"}, "no.csv: cannot be read"}}) {
+    std::vector<std::string> all = {"recognize", "recognition_active"};
     all.insert(all.end(), arguments.begin(), arguments.end());
     const turbidock::testing::ProgramEnd end = turbidock::testing::RunProgram(all);
     EXPECT_EQ(end.exit_code, 2) << said;
     EXPECT_EQ(end.out, "");
     EXPECT_THAT(end.err, HasSubstr(said));
   }
+  EXPECT_THAT(turbidock::testing::RunProgram({"recognize", "turbidity_sweep"}).err,
+              HasSubstr("turbidity_sweep.yaml:5: precision: recognition has no success rate"));
 }
 
 }  // namespace

@@ -29,27 +29,27 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const std::string kTrials = R"(
-trials:
-  scenario: pool_active
-  seeds: 4
-  set: {pose_source: true_pose, controller: lqg, duration_s: 2.5, docked_hold_s: 0,
-        true_pose.found_after_s: 0, procedure.found_hold_s: 0,
-        lqg.sway.effort_share: 0.27, lqg.sway.error_m: 0.01, lqg.sway.current_mps2: 0.158,
-        lqg.yaw.error_rad: 0.185, lqg.yaw.effort_share: 0.236, lqg.yaw.current_rad_s2: 1.22}
+const std::string kTrials = R"(scenario: pool_active
+seeds: 4
+set: {pose_source: true_pose, controller: lqg, duration_s: 2.5, docked_hold_s: 0,
+      true_pose.found_after_s: 0, procedure.found_hold_s: 0,
+      lqg.sway.effort_share: 0.27, lqg.sway.error_m: 0.01, lqg.sway.current_mps2: 0.158,
+      lqg.yaw.error_rad: 0.185, lqg.yaw.effort_share: 0.236, lqg.yaw.current_rad_s2: 1.22}
+tuning:
 )";
 const control::LqgParams& LqgOf(const trial::Scenario& scenario) {
   return scenario.plugins.ParamsOf<control::LqgParams>();
 }
 
-const std::string kGains = "gains: [{key: lqg.sway.effort_share, low: 0.2, high: 3, scale: log}]\n";
-const std::string kObjective = "objective: [{metric: tracking_rms_m, weight: 1000}]\n";
+const std::string kGains =
+    "  gains: [{key: lqg.sway.effort_share, low: 0.2, high: 3, scale: log}]\n";
+const std::string kObjective = "  objective: [{metric: tracking_rms_m, weight: 1000}]\n";
 const std::string kHead = "schema_version: 1\ndescription: a test\n";
 const std::string kFast =
-    "start_may_fail: true\n"
-    "optimiser: {population: 5, generations: 2}\n"
-    "racing: {first: 2, every: 1, confidence: 0.9}\n"
-    "proof: {held_out_seeds: 3, cameras: false}\n";
+    "  start_may_fail: true\n"
+    "  optimiser: {population: 5, generations: 2}\n"
+    "  racing: {first: 2, every: 1, confidence: 0.9}\n"
+    "  proof: {held_out_seeds: 3, cameras: false}\n";
 
 Study StudyOf(const std::string& text, const std::string& file = "study.yaml") {
   return Study(config::ParseYaml(text, file));
@@ -104,11 +104,11 @@ TEST(Study, TheExampleIsReadAndStartsAtTheScenariosGains) {
   EXPECT_EQ(study.hash(), StudyOf(kHead + kTrials + kGains + kObjective, "other.yaml").hash());
 }
 
-TEST(Study, WhatIsStoredOfItIsYaml) {
+TEST(Study, WhatIsStoredOfItIsTheSameStudy) {
   const Study study = StudyOf(kHead + kTrials + kGains + kObjective);
-  const config::YamlNode stored = config::ParseYaml(study.resolved(), "stored");
-  EXPECT_EQ(stored.Find("description")->Text(), study.settings().description);
-  EXPECT_EQ(stored.Find("trials")->Text(), study.TrialsOf(0, 4).resolved());
+  const Study stored = StudyOf(study.resolved(), "stored");
+  EXPECT_EQ(stored.resolved(), study.resolved());
+  EXPECT_EQ(stored.start(), study.start());
 }
 
 TEST(Study, SeedsOfDifferentSetsHaveNothingInCommon) {
@@ -122,7 +122,7 @@ TEST(Study, SeedsOfDifferentSetsHaveNothingInCommon) {
 
 TEST(Study, WhatIsWrongIsSaid) {
   const auto with_gain = [](const std::string& gain) {
-    return MessageOf(kHead + kTrials + "gains: [" + gain + "]\n" + kObjective);
+    return MessageOf(kHead + kTrials + "  gains: [" + gain + "]\n" + kObjective);
   };
   EXPECT_THAT(with_gain("{key: lqg.sway.effort_share, low: 3, high: 0.2}"),
               HasSubstr("gains[0].low: 3 must be below high (0.2)"));
@@ -131,87 +131,115 @@ TEST(Study, WhatIsWrongIsSaid) {
   EXPECT_THAT(with_gain("{key: lqg.sway.effort_share, low: 0, high: 3, scale: log}"),
               HasSubstr("must be > 0 on a log scale"));
   EXPECT_THAT(with_gain("{key: lqg.sway.effort_share, low: 1, high: 3}"),
-              HasSubstr("begins at the scenario's lqg.sway.effort_share = 0.27"));
+              HasSubstr("study.yaml:10: tuning.gains[0].key: the search begins at the trials' "
+                        "lqg.sway.effort_share = 0.27, which must be in [1, 3]"));
   EXPECT_THAT(with_gain("{key: lqg.sway.limit_share, low: 0.5, high: 3}"),
               HasSubstr("must be in [0, 1]"));
   EXPECT_THAT(with_gain("{key: controller, low: 1, high: 3}"), HasSubstr("no number"));
-  EXPECT_THAT(MessageOf(kHead + kTrials + kGains + "objective: [{metric: time}]\n"),
+  EXPECT_THAT(MessageOf(kHead + kTrials + kGains + "  objective: [{metric: time}]\n"),
               HasSubstr("'time' is produced by no trial; did you mean time_s?"));
-  EXPECT_THAT(MessageOf(kHead + kTrials + kGains + "objective: []\n"), HasSubstr("at least one"));
+  EXPECT_THAT(MessageOf(kHead + kTrials + kGains + "  objective: []\n"),
+              HasSubstr("study.yaml:11: tuning.objective: must have at least one"));
+  EXPECT_THAT(MessageOf(kHead + kTrials + kGains),
+              HasSubstr("study.yaml:9: tuning.objective: must have at least one"));
   for (const char* term : {"weight: 1e308", "failed: 1e308"})
     EXPECT_THAT(
-        MessageOf(kHead + kTrials + kGains + "objective: [{metric: time_s, " + term + "}]\n"),
+        MessageOf(kHead + kTrials + kGains + "  objective: [{metric: time_s, " + term + "}]\n"),
         HasSubstr(" = 1e308, must be in "));
-  EXPECT_THAT(MessageOf(kHead + kGains + kObjective), HasSubstr("trials: this key is required"));
-  EXPECT_THAT(MessageOf(kHead + kTrials + kGains + kObjective + "optimizer: {}\n"),
-              HasSubstr("did you mean optimiser?"));
-  EXPECT_THAT(MessageOf(kHead + kTrials + kGains + kObjective + "optimiser: {algorithm: nsga2}\n"),
-              HasSubstr("study.yaml:13: optimiser.algorithm: unknown key; allowed: population, "));
-  // the line is the study's own, also of what is handed on to the plan
-  EXPECT_EQ(MessageOf(kHead + "trials: 5\n" + kGains + kObjective),
-            "study.yaml:3: trials: must be a group of keys, as a plan has");
-  EXPECT_THAT(MessageOf(kHead + "trials: {scenario: pool_active, set: 5}\n" + kGains + kObjective),
-              HasSubstr("study.yaml:3: set: must be a group of keys"));
+  EXPECT_THAT(MessageOf(kHead + "scenario: pool_active\n"),
+              HasSubstr("study.yaml: tuning: this key is required"));
+  EXPECT_THAT(MessageOf(kHead + kTrials + kGains + kObjective + "  optimizer: {}\n"),
+              HasSubstr("tuning.optimizer: unknown key; did you mean optimiser? Allowed: gains, "));
   EXPECT_THAT(
-      MessageOf(kHead + "trials: {scenario: pool_active,\n sedes: 5}\n" + kGains + kObjective),
-      HasSubstr("study.yaml:4: sedes: unknown key; did you mean seeds?"));
+      MessageOf(kHead + kTrials + kGains + kObjective + "  optimiser: {algorithm: nsga2}\n"),
+      HasSubstr("study.yaml:12: tuning.optimiser.algorithm: unknown key; allowed: population, "));
+  // an older study
+  EXPECT_THAT(MessageOf(kHead + "trials: {scenario: pool_active}\ngains: []\n"),
+              HasSubstr("study.yaml:3: trials: its keys now stand at the top of the file"));
 }
 
 TEST(Study, WhatTheTrialsCannotGiveIsRefused) {
-  const auto with = [](const std::string& more) {
-    return MessageOf(kHead + kTrials + more + kGains + kObjective);
+  const auto with = [](const std::string& more, const std::string& group = "") {
+    return MessageOf(kHead + more + kTrials + kGains + kObjective + group);
   };
   EXPECT_EQ(with(""), "");
-  EXPECT_THAT(with("  precision: 0.1\n"),
-              HasSubstr("study.yaml:11: trials.precision: a study runs exactly `seeds` trials"));
-  EXPECT_THAT(with("  series_every_frames: 1\n"), HasSubstr("trials.series_every_frames: "));
-  EXPECT_THAT(with("  strata: {a: {duration_s: 1}}\n"), HasSubstr("trials.strata: "));
+  EXPECT_THAT(with("precision: 0.1\n"),
+              HasSubstr("study.yaml:3: precision: a study runs exactly `seeds` trials"));
+  const std::string strata = "strata: {a: {start.lateral_m: 0}, b: {start.lateral_m: 0.1}}\n";
+  EXPECT_EQ(with(strata), "");
+  EXPECT_THAT(with(strata, "  proof: {held_out_seeds: 5}\n"),
+              HasSubstr("study.yaml: tuning.proof.held_out_seeds: 5 must be a multiple of 2"));
+}
+
+// A key of a controller or an estimator that no trial has would be tuned for nothing.
+TEST(Study, AGainIsReadByATrial) {
+  const auto with = [](const std::string& key, const std::string& more) {
+    return MessageOf(kHead + "scenario: pool_active\n" + more + "tuning:\n  gains: [{key: " + key +
+                     ", low: 0.01, high: " + (key.starts_with("pid") ? "9" : "1") + "}]\n" +
+                     kObjective);
+  };
+  const std::string pid = "pid.sway.kp_per_s2";
+  EXPECT_THAT(
+      with(pid, "set: {controller: lqg}\n"),
+      HasSubstr("study.yaml:6: tuning.gains[0].key: pid.sway.kp_per_s2 is read by no trial: "
+                "their controller is lqg, and they see through rm_ga"));
+  EXPECT_EQ(with(pid, "set: {controller: pid}\n"), "");
+  EXPECT_EQ(with(pid, "seeds: 50\nrandom: {controller: {choice: [lqg, pid]}}\n"), "");
+  EXPECT_EQ(with("jam.time_s", ""), "");
+  const std::string search = "estimator.mutation_rate";
+  EXPECT_EQ(with(search, ""), "");
+  EXPECT_THAT(with(search, "set: {pose_source: true_pose}\n"), HasSubstr("they see the true pose"));
+  EXPECT_THAT(with("fiducial.blur_px", ""), HasSubstr("is read by no trial"));
 }
 
 // A gain that is tuned has one value in all trials: what gives it another would be written over.
 TEST(Study, AGainIsNotVariedByTheTrials) {
   const auto with = [](const std::string& more) {
-    return MessageOf(
-        "schema_version: 1\n"
-        "trials:\n  scenario: pool_active\n  set: {controller: lqg}\n  " +
-        more + "\n" + "gains: [{key: lqg.sway.effort_share, low: 0.001, high: 100}]\n" +
-        kObjective);
+    return MessageOf("schema_version: 1\nscenario: pool_active\nset: {controller: lqg}\n" + more +
+                     "\ntuning:\n  gains: [{key: lqg.sway.effort_share, low: 0.001, high: 100}]\n" +
+                     kObjective);
   };
   EXPECT_EQ(with("grid: {water.milk_ml_m3: [0, 10]}"), "");
   EXPECT_EQ(with("cases: {a: {lqg: {sway: {error_m: 0.02}}}, b: {}}"), "");
-  const std::string said = "effort_share: is tuned: it has one value in all trials";
+  const std::string said =
+      "study.yaml:6: tuning.gains[0].key: lqg.sway.effort_share is tuned and has one value in all "
+      "trials, but also study.yaml:4: ";
   EXPECT_THAT(with("grid: {lqg.sway.effort_share: [1, 2]}"),
-              HasSubstr("study.yaml:5: trials.grid.lqg.sway.effort_share[0]: is tuned"));
-  EXPECT_THAT(with("grid: {lqg: [{sway: {effort_share: 1}}]}"), HasSubstr(said));
+              HasSubstr(said + "grid.lqg.sway.effort_share[0]"));
+  EXPECT_THAT(with("grid: {lqg: [{sway: {effort_share: 1}}]}"),
+              HasSubstr(said + "grid.lqg[0].sway"));
   EXPECT_THAT(with("cases: {a: {}, b: {lqg: {sway: {effort_share: 2}}}}"),
-              HasSubstr("study.yaml:5: trials.cases.b.lqg.sway." + said));
-  EXPECT_THAT(with("random: {lqg.sway.effort_share: {uniform: [1, 2]}}"),
-              HasSubstr("study.yaml:5: trials.random.lqg.sway." + said));
+              HasSubstr(said + "cases.b.lqg.sway.effort_share"));
+  EXPECT_THAT(with("strata: {a: {lqg: {sway: {effort_share: 2}}}}"),
+              HasSubstr(said + "strata.a.lqg.sway.effort_share"));
+  for (const std::string drawn :
+       {"lqg.sway.effort_share: {uniform: [1, 2]}", "lqg: {choice: [{sway: {effort_share: 2}}]}"})
+    EXPECT_THAT(with("random: {" + drawn + "}"), HasSubstr(said + "random.lqg"));
 }
 
 // More trials than a plan may have are refused before any runs, not after the search.
 TEST(Study, TooManyHeldOutTrialsAreRefused) {
   const auto with = [](const std::string& cells) {
     return MessageOf(
-        "schema_version: 1\ntrials:\n  scenario: pool_active\n"
-        "  set: {controller: lqg}\n  grid: {water.milk_ml_m3: [" +
-        cells + "]}\ngains: [{key: lqg.sway.effort_share, low: 0.001, high: 100}]\n" + kObjective +
-        "proof: {held_out_seeds: 1000000}\n");
+        "schema_version: 1\nscenario: pool_active\n"
+        "set: {controller: lqg}\ngrid: {water.milk_ml_m3: [" +
+        cells + "]}\ntuning:\n  gains: [{key: lqg.sway.effort_share, low: 0.001, high: 100}]\n" +
+        kObjective + "  proof: {held_out_seeds: 1000000}\n");
   };
   EXPECT_EQ(with("0, 1, 2, 3, 4, 5, 6, 7, 8, 9"), "");
   EXPECT_EQ(with("0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10"),
-            "study.yaml: proof.held_out_seeds: more than 10000000 trials in 11 cells");
+            "study.yaml: tuning.proof.held_out_seeds: more than 10000000 trials");
 }
 
 TEST(Study, EveryBundledOneIsRight) {
   ASSERT_FALSE(config::BundledNames("studies").empty());
   for (const std::string& name : config::BundledNames("studies"))
-    EXPECT_FALSE(LoadStudy(name).settings().description.empty()) << name;
+    EXPECT_FALSE(LoadStudy(name).plan().settings().description.empty()) << name;
 }
 
 TEST(Study, ATrialCostsItsTerms) {
   const Study study = StudyOf(kHead + kTrials + kGains +
-                              "objective: [{metric: time_s, weight: 2, failed: 10}, {metric: "
+                              "  objective: [{metric: time_s, weight: 2, failed: 10}, {metric: "
                               "final_error_true_y_m, weight: 100}, {metric: jam_time_s}]\n");
   trial::TrialRecord record;
   record.time_s = 7;
@@ -314,6 +342,34 @@ TEST_F(TunerTest, WhatIsFoundSoFarIsABeginningOfWhatIsFound) {
   EXPECT_NEAR(by_terms, whole, 1e-9 * (1 + std::abs(whole)));
 }
 
+// Any beginning of a candidate's trials is fair; the file has all that they differ in.
+TEST_F(TunerTest, MeetsCellsAndStrataInTurnAndKeepsThem) {
+  const Study study = StudyOf(kHead +
+                              "grid: {camera_delay_frames: [1, 2]}\nseries_every_frames: 10\n"
+                              "strata: {near: {start.lateral_m: 0}, far: {start.lateral_m: 0.1}}\n"
+                              "random: {vehicle.thrusters.lag_s: {uniform: [0.05, 0.12]}}\n" +
+                              kTrials + kGains + kObjective + "  start_may_fail: true\n");
+  bool is_enough = false;
+  EXPECT_THROW(Tune(study, File("a.sqlite"),
+                    {.jobs = {.workers = 1},
+                     .on_progress = [&](const std::string& what,
+                                        double) { is_enough = what.starts_with("generation 1"); },
+                     .stop_requested = [&] { return is_enough; }}),
+               batch::Stopped);
+  SQLite::Database db(File("a.sqlite"));
+  const auto text = [&db](const std::string& of) {
+    return db.execAndGet("SELECT group_concat(" + of + ", ' ') FROM trials WHERE trial < 8")
+        .getString();
+  };
+  EXPECT_EQ(text("camera_delay_frames || stratum"), "1near 2near 1far 2far 1near 2near 1far 2far");
+  EXPECT_EQ(text("DISTINCT phase || \"lqg.sway.effort_share\""), "generation 0 incumbent0.27");
+  const std::string drawn =
+      "SELECT count(DISTINCT \"vehicle.thrusters.lag_s\") FROM trials "
+      "WHERE trial < 8 AND \"vehicle.thrusters.lag_s\" BETWEEN 0.05 AND 0.12";
+  EXPECT_EQ(db.execAndGet(drawn).getInt(), 4);
+  EXPECT_EQ(db.execAndGet("SELECT count(*) FROM series WHERE trial < 8").getInt(), 8);
+}
+
 TEST_F(TunerTest, ADamagedFileOfTrialsIsNamed) {
   const Study study = StudyOf(kHead + kTrials + kGains + kObjective + kFast);
   int polls = 0;
@@ -335,7 +391,7 @@ TEST_F(TunerTest, ADamagedFileOfTrialsIsNamed) {
 TEST_F(TunerTest, HopelessCandidatesAreGivenUp) {
   // effort all but forbidden: the vehicle is left to itself
   const Study study = StudyOf(
-      kHead + kTrials + "gains: [{key: lqg.sway.error_m, low: 0.005, high: 50, scale: log}]\n" +
+      kHead + kTrials + "  gains: [{key: lqg.sway.error_m, low: 0.005, high: 50, scale: log}]\n" +
       kObjective + kFast);
   const TuningResult result = Tune(study, File("race.sqlite"), {.jobs = {.workers = 2}});
   int given_up = 0, candidates = 0;
@@ -363,7 +419,7 @@ TEST_F(TunerTest, AHopelessStartIsSaidWithTheEvidence) {
 
 TEST_F(TunerTest, TheGainsFileHoldsTheLawsGroupAndIsRead) {
   const Study study = StudyOf(kHead + kTrials +
-                              "gains: [{key: lqg.sway.effort_share, low: 0.2, high: 3}, {key: "
+                              "  gains: [{key: lqg.sway.effort_share, low: 0.2, high: 3}, {key: "
                               "procedure.docking_rate_mps, low: 0.01, high: 0.1}]\n" +
                               kObjective);
   TuningResult result;
@@ -386,14 +442,16 @@ TuningResult Found(const Study& study, int generations, double cost, double half
   result.tuned = {1.5};
   for (int g = 0; g <= generations; ++g)
     result.generations.push_back({.generation = g, .trials = 4 * g + 4, .gains = {1.5}});
-  trial::TrialRecord slow, fast;
-  slow.time_s = 20;
-  fast.time_s = 19;
-  slow.failure = fast.failure = trial::Failure::kNone;
+  batch::ComparedTrial slow, fast;
+  slow.values[0] = 20;
+  fast.values[0] = 19;
+  slow.outcome = fast.outcome = trial::Outcome::kSuccess;
+  batch::PairedTrials pairs;
+  pairs.Add(slow, fast);
   result.held_out = {
       {.pairs = 3, .mean = cost, .confidence = {cost - half_width, cost + half_width}},
       {{"tracking_rms_m", 12, 11.5}},
-      compare::ComparePairs({{{}, slow, fast}}, {})};
+      pairs.Changes("all")};
   result.finished = true;
   return result;
 }
@@ -458,7 +516,7 @@ TEST(TuningReport, SaysInEveryFormWhatTheTunedGainsDoOnHeldOutSeeds) {
   EXPECT_THAT(report::Markdown(report), HasSubstr("| | 1000 | 0 | 12.00 | 11.50 |"));
   EXPECT_THAT(report::Text(report), HasSubstr("Before and after, on held-out seeds\n"));
   EXPECT_THAT(report::Document(report, report::Json::object())["report"].dump(),
-              HasSubstr("A: before, B: tuned."));
+              HasSubstr("tuned less before on the same seeds"));
 }
 
 }  // namespace

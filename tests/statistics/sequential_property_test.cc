@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "sim/base/random.h"
+#include "tests/statistics/rate_test.h"
 
-namespace turbidock::gate {
+namespace turbidock::statistics {
 namespace {
 
 // P(ever rejecting) when a pair is lost or gained with these probabilities: over all counts.
-double RejectionRate(const statistics::NetLossTest& test, double p_loss, double p_gain,
-                     int max_pairs) {
+double RejectionRate(const NetLossTest& test, double p_loss, double p_gain, int max_pairs) {
   const auto size = static_cast<size_t>(max_pairs) + 1;
   std::vector<std::vector<double>> now(size, std::vector<double>(size, 0.0));
   now[0][0] = 1;
@@ -44,7 +44,7 @@ double RejectionRate(const statistics::NetLossTest& test, double p_loss, double 
 TEST(NetLossTest, NeverExceedsItsLevelHoweverManyPairsDiffer) {
   for (const double margin : {0.05, 0.2, 0.5})
     for (const double level : {0.1, 0.01}) {
-      const statistics::NetLossTest test(margin, level);
+      const NetLossTest test(margin, level);
       for (const double p_gain : {0.0, 0.02, 0.1, (1 - margin) / 2})
         EXPECT_LE(RejectionRate(test, p_gain + margin, p_gain, 90), level)
             << margin << " " << p_gain;
@@ -55,7 +55,7 @@ TEST(NetLossTest, NeverExceedsItsLevelHoweverManyPairsDiffer) {
 
 TEST(NetLossTest, TheLargestStakeIsTheLimit) {
   // One loss more than the stakes allow would make a wealth negative: more losses never help.
-  const statistics::NetLossTest test(0.2, 0.05);
+  const NetLossTest test(0.2, 0.05);
   for (int pairs = 1; pairs < 60; ++pairs)
     for (int losses = 1; losses <= pairs; ++losses)
       EXPECT_LE(test.Rejects(pairs, losses, 0), test.Rejects(pairs, losses - 1, 0));
@@ -65,14 +65,13 @@ TEST(NetLossTest, TheLargestStakeIsTheLimit) {
 struct Counted {
   double fail = 0, pass = 0;
 };
-Counted Count(const statistics::PairedRateTest& test, bool alike, double old_rate, double new_rate,
-              int max_pairs) {
+Counted Count(const RateTest& test, bool alike, double old_rate, double new_rate, int max_pairs) {
   constexpr int kSequences = 10000;
   Rng rng = SeedTree(1).Stream("gate.sequences");
   Counted counted;
   for (int s = 0; s < kSequences; ++s) {
     int pairs = 0, losses = 0, gains = 0;
-    std::optional<statistics::Verdict> verdict;
+    std::optional<Verdict> verdict;
     while (!verdict && pairs < max_pairs) {
       const bool was = rng.Uniform() < old_rate;
       const double u = rng.Uniform();
@@ -84,23 +83,23 @@ Counted Count(const statistics::PairedRateTest& test, bool alike, double old_rat
       gains += !was && is;
       verdict = test.Decide(pairs, losses, gains);
     }
-    counted.fail += verdict == statistics::Verdict::kFail;
-    counted.pass += verdict == statistics::Verdict::kPass;
+    counted.fail += verdict == Verdict::kFail;
+    counted.pass += verdict == Verdict::kPass;
   }
   return {counted.fail / kSequences, counted.pass / kSequences};
 }
 
-TEST(PairedRateTest, TenThousandSequencesKeepAlphaAndBetaInEverySetting) {
+TEST(RateTest, TenThousandSequencesKeepAlphaAndBetaInEverySetting) {
   struct Case {
     double rate, margin, error;
   };
   for (const Case& c : {Case{0.95, 0.1, 0.05}, Case{0.8, 0.2, 0.1}, Case{0.95, 0.1, 0.01}})
     for (const bool alike : {true, false}) {
-      const statistics::PairedRateTest test(c.margin, c.error, c.error, 200);
+      const RateTest test(c.margin, c.error, c.error, 200);
       EXPECT_LE(Count(test, alike, c.rate, c.rate, 200).fail, c.error) << alike;
       EXPECT_LE(Count(test, alike, c.rate, c.rate - c.margin, 200).pass, c.error) << alike;
     }
 }
 
 }  // namespace
-}  // namespace turbidock::gate
+}  // namespace turbidock::statistics

@@ -1,0 +1,209 @@
+#include "experiments/batch/comparison.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "experiments/batch/summary.h"
+#include "experiments/report/table.h"
+#include "experiments/statistics/paired_tests.h"
+
+namespace turbidock::batch {
+namespace {
+
+using report::Cell;
+using report::Tone;
+using statistics::MeasureKind;
+using statistics::PairedDesign;
+using statistics::Verdict;
+
+std::optional<PairedDesign> DesignOf(const std::optional<JudgeOptions>& options, double margin) {
+  if (!options || margin == 0) return std::nullopt;
+  return PairedDesign{.margin = margin,
+                      .alpha = options->alpha,
+                      .beta = options->beta,
+                      .most = options->max_trials};
+}
+
+// For the worse or the better, as far as it is known.
+Tone ToneOf(const Change& change) {
+  if (change.verdict == Verdict::kPass) return Tone::kGood;
+  if (change.verdict == Verdict::kFail) return Tone::kBad;
+  if (!change.significant || !change.is_rate()) return Tone::kNone;
+  return change.difference > 0 ? Tone::kGood : Tone::kBad;
+}
+
+std::string SaidOf(const Change& change) {
+  if (change.margin) return NameOf(*change.verdict);
+  return change.significant ? "significant" : "";
+}
+
+// Less is worse.
+bool IsWorseBelow(const std::string& measure) {
+  const auto known =
+      std::ranges::find_if(kMeasures, [&measure](const Measure& of) { return measure == of.name; });
+  return known == kMeasures.end() || known->worse < 0;
+}
+
+}  // namespace
+
+ComparedTrial TrialOf(const trial::TrialRecord& record) {
+  ComparedTrial trial{.seed = record.seed, .outcome = record.outcome, .digest = record.digest};
+  for (size_t i = 0; i < kMeasures.size(); ++i) trial.values[i] = kMeasures[i].of(record);
+  return trial;
+}
+
+int Margins::tests() const {
+  return 1 + static_cast<int>(std::ssize(medians) - std::ranges::count(medians, 0));
+}
+
+PairedTrials::PairedTrials(const std::optional<JudgeOptions>& options)
+    : rate_(MeasureKind::kRate, -1,
+            DesignOf(options, options ? options->margins.success_rate : 0)) {
+  if (options) max_trials_ = options->max_trials;
+  for (size_t i = 0; i < kMeasures.size(); ++i) {
+    const double margin = options ? options->margins.medians[i] : 0;
+    medians_.push_back(
+        {.of = i, .pairs = {MeasureKind::kMedian, kMeasures[i].worse, DesignOf(options, margin)}});
+  }
+}
+
+void PairedTrials::Add(const ComparedTrial& a, const ComparedTrial& b) {
+  if (done()) return;
+  ++pairs_;
+  rate_.Add(a.success() ? 1 : 0, b.success() ? 1 : 0, pairs_);
+  if (!a.success() || !b.success()) return;
+  for (Median& median : medians_) {
+    const double was = a.values[median.of], is = b.values[median.of];
+    if (!std::isnan(was) && !std::isnan(is)) median.pairs.Add(was, is, pairs_);
+  }
+}
+
+bool PairedTrials::done() const {
+  if (pairs_ >= max_trials_) return true;
+  const auto said = verdict();
+  return said && *said != Verdict::kInconclusive;
+}
+
+std::optional<Verdict> PairedTrials::verdict() const {
+  std::optional<Verdict> worst;
+  const auto note = [&worst](const statistics::PairedMeasure& pairs) {
+    if (pairs.is_judged())
+      worst = std::min(worst.value_or(Verdict::kPass),
+                       pairs.verdict().value_or(Verdict::kInconclusive));
+  };
+  note(rate_);
+  for (const Median& median : medians_) note(median.pairs);
+  return worst;
+}
+
+std::vector<Change> PairedTrials::Changes(const std::string& group) const {
+  std::vector<Change> changes = {{rate_.Result(), group, kSuccessRate}};
+  for (const Median& median : medians_)
+    if (const statistics::PairedResult result = median.pairs.Result();
+        rate_.is_judged() ? result.margin.has_value() : result.pairs > 0)
+      changes.push_back({result, group, kMeasures[median.of].name});
+  return changes;
+}
+
+void MarkSignificant(std::vector<Change>* changes) {
+  for (const bool is_rate : {true, false}) {
+    std::vector<Change*> family;
+    std::vector<double> p_values;
+    for (Change& change : *changes)
+      if (change.is_rate() == is_rate) {
+        family.push_back(&change);
+        p_values.push_back(change.p_value);
+      }
+    const std::vector<bool> significant = statistics::HolmSignificant(p_values);
+    for (size_t i = 0; i < family.size(); ++i) family[i]->significant = significant[i];
+  }
+}
+
+report::Quantity QuantityOf(const std::string& measure) {
+  if (measure == kSuccessRate) return {"success", "%", 100};
+  return report::QuantityOf(measure);
+}
+
+std::string Named(const std::vector<Parameter>& parameters) {
+  std::string text;
+  for (const auto& [key, value] : parameters) {
+    const report::Quantity name = NameOfKey(key);
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name.label,
+                        name.Text(ValueText(key, value)));
+  }
+  return text;
+}
+
+report::Section ChangeSection(std::vector<Change> changes, const Sides& sides) {
+  const bool is_judged =
+      std::ranges::any_of(changes, [](const Change& c) { return c.margin.has_value(); });
+  report::Table table(is_judged
+                          ? std::vector<std::string>{"<condition", "<measure", sides.a, sides.b,
+                                                     "difference [95 %]", "margin", "pairs",
+                                                     "worse", "better", "<verdict", "after"}
+                          : std::vector<std::string>{"<group", "<measure", sides.a, sides.b,
+                                                     "difference [95 %]", "pairs", "worse",
+                                                     "better", "p", "<"});
+  if (!is_judged)
+    std::ranges::stable_sort(changes, {}, [](const Change& c) {
+      return std::tuple(!c.significant, !c.is_rate(), c.p_value);
+    });
+  for (const Change& c : changes) {
+    const report::Quantity quantity = QuantityOf(c.measure);
+    const auto text = [&](const std::optional<double>& value) {
+      return value ? report::Digits(*value * quantity.factor) : "-";
+    };
+    const auto change = [&](double value) {
+      return fmt::format("{:+.3g}", value * quantity.factor + 0.0);
+    };
+    std::string difference = c.difference ? change(*c.difference) : "-";
+    if (c.interval_95)
+      difference +=
+          fmt::format(" [{}, {}]", change(c.interval_95->low), change(c.interval_95->high));
+    const Cell group = c.parameters.empty() ? c.group : Named(c.parameters);
+    std::vector<Cell> row = {group, quantity.Title(), text(c.a), text(c.b), difference};
+    if (is_judged)
+      row.emplace_back(c.margin ? change(IsWorseBelow(c.measure) ? -*c.margin : *c.margin) : "-");
+    for (const int64_t count : {c.pairs, c.worse, c.better})
+      row.emplace_back(std::to_string(count));
+    if (!is_judged) row.emplace_back(report::PValue(c.p_value));
+    row.emplace_back(SaidOf(c), ToneOf(c));
+    if (is_judged) row.emplace_back(c.decided_after ? std::to_string(*c.decided_after) : "-");
+    table.Row(row);
+  }
+  return {
+      .title = "What changed",
+      .note = fmt::format(
+          "Difference: {} less {} on the same seeds{}; medians are of the pairs that succeed in "
+          "both.{}",
+          sides.b, sides.a, is_judged ? "" : ", by exact McNemar and sign tests",
+          is_judged ? " Margin: the change for the worse that matters. After: the trials after "
+                      "which the verdict was known; an interval tells no more than the verdict."
+                    : " Significant by Holm: 5 % over the rows of success, 5 % over all others."),
+      .table = table};
+}
+
+report::Section FlipSection(const std::vector<Flip>& flips, const Sides& sides) {
+  if (flips.empty())
+    return {.title = "Seeds that changed",
+            .lines = {"None: every seed ended the same way on both sides."}};
+  report::Table table(
+      {"<seed", "<change", "<where", "<why", "trial in " + sides.a, "trial in " + sides.b});
+  const auto number = [](const std::optional<int64_t>& trial) {
+    return trial ? std::to_string(*trial) : "-";
+  };
+  for (const Flip& flip : flips)
+    table.Row({Cell(std::to_string(flip.seed), Tone::kNone, flip.link),
+               flip.lost ? Cell("lost", Tone::kBad) : Cell("gained", Tone::kGood), flip.group,
+               report::Words(flip.why), number(flip.trial_a), number(flip.trial_b)});
+  return {.title = "Seeds that changed",
+          .note = fmt::format("Lost: succeeds in {} only. Gained: in {} only. Why: how the other "
+                              "side ended.",
+                              sides.a, sides.b),
+          .table = table};
+}
+
+}  // namespace turbidock::batch

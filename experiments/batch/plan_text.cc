@@ -1,0 +1,90 @@
+// A plan as texts: resolved, to be kept with its results, and a cell's for people.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "experiments/batch/plan.h"
+#include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
+#include "experiments/system/plain_text.h"
+
+namespace turbidock::batch {
+
+namespace fs = std::filesystem;
+
+std::string ModelFilesText(const std::map<std::string, trial::ModelFile>& files) {
+  std::string text = "model_files:\n";
+  for (const auto& [name, file] : files)
+    text += fmt::format("  {}: content {}\n", YamlText(file.file), file.content);
+  return text;
+}
+
+std::string YamlText(const std::string& text) { return config::TextNode(text, {}).OneLine(); }
+
+std::string Plan::resolved() const { return config::SaveYaml(settings_) + trials_; }
+
+CellText Plan::TextOf(int64_t cell) const {
+  const std::vector<Parameter> parameters = FirstOf(cell).parameters;
+  CellText text;
+  for (size_t i = 0; i < grid_.size(); ++i)
+    text.name += (i > 0 ? " " : "") +
+                 (grid_[i].key == kCaseKey ? parameters[i].value : parameters[i].Assignment());
+  if (text.name.empty()) text.name = "all";
+  const std::string& scenario = ScenarioNameOf(parameters);
+  text.scenario_file = config::FindBundled("scenarios", "scenario", found_.at(scenario));
+  text.given = scenario;
+  const auto add = [&text](const std::vector<config::Assignment>& given) {
+    for (const config::Assignment& each : given)
+      text.given += " " + each.key + "=" + each.value.OneLine();
+  };
+  std::vector<config::Assignment> all = set_;
+  for (const config::Assignment& own :
+       AssignmentsOf({parameters.begin(), parameters.begin() + std::ssize(grid_)})) {
+    std::erase_if(all, [&own](const auto& other) { return other.key == own.key; });
+    all.push_back(own);
+  }
+  add(all);
+  for (const Case& stratum : strata_) {
+    text.given += " " + stratum.name + ":";
+    add(stratum.values);
+  }
+  for (size_t i = 0; i < random_.size(); ++i)
+    text.given += " " + random_[i].key + "=" + distributions_[i].OneLine();
+  return text;
+}
+
+std::string Plan::Resolve(const config::YamlNode& plan) const {
+  std::string text;
+  const bool names_files = std::ranges::any_of(
+      trial::ScenarioKeys(plugins_),
+      [varied = Varied()](const auto& doc) { return doc.type == "file" && varied.Find(doc.key); });
+  if (names_files)
+    text += fmt::format("{}: {}\n", kFolderKey,
+                        YamlText(fs::absolute(plan.file).parent_path().string()));
+  if (!cases_.empty()) text += "cases:\n";
+  for (const Case& one : cases_) {
+    text += fmt::format("  {}: {{", YamlText(one.name));
+    if (!one.scenario.empty()) text += fmt::format("scenario: {}, ", YamlText(one.scenario));
+    for (const config::Assignment& given : one.values)
+      text += fmt::format("{}: {}, ", YamlText(given.key), given.value.OneLine());
+    text += "}\n";
+  }
+  for (const std::string part : {"strata", "grid", "random"})
+    if (const auto given = plan.Find(part); given && !given->Entries().empty()) {
+      text += part + ":\n";
+      for (const auto& [name, value] : given->Entries())
+        text += fmt::format("  {}: {}\n", YamlText(name), value.OneLine());
+    }
+  text += "resolved_scenarios:\n";
+  for (const auto& [name, scenario] : scenarios_)
+    text +=
+        "  " + YamlText(name) + ": |\n" + system::Indented(trial::SaveScenario(scenario), "    ");
+  std::map<std::string, trial::ModelFile> files;  // by name
+  for (const auto& [names, of] : files_)
+    for (const trial::ModelFile& file : of) files[file.file] = file;
+  return text + ModelFilesText(files);
+}
+
+}  // namespace turbidock::batch

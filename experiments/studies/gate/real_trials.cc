@@ -1,0 +1,93 @@
+#include "experiments/studies/gate/real_trials.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <sstream>
+#include <vector>
+
+#include "experiments/config/nearest_name.h"
+#include "experiments/statistics/prediction_powered.h"
+#include "experiments/system/output_path.h"
+#include "sim/base/check.h"
+
+namespace turbidock::gate {
+namespace {
+
+// A name as a spreadsheet writes it, with quotes where it has a comma.
+std::string Unquoted(const std::string& cell) {
+  if (cell.size() < 2 || cell.front() != '"' || cell.back() != '"') return cell;
+  std::string text;
+  for (size_t i = 1; i + 1 < cell.size(); ++i) {
+    text += cell[i];
+    if (cell[i] == '"') ++i;  // doubled inside
+  }
+  return text;
+}
+
+std::string Share(const statistics::Count& count) {
+  return count.trials == 0 ? "-" : fmt::format("{} of {}", count.successes, count.trials);
+}
+
+}  // namespace
+
+std::vector<statistics::Count> LoadRealTrials(const std::string& file, const Gate& gate) {
+  std::vector<statistics::Count> counts(gate.conditions.size());
+  std::vector<std::string> names;
+  for (const Condition& condition : gate.conditions) names.push_back(condition.name);
+  std::istringstream lines(system::ReadWhole(file));
+  int number = 0, trials = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (line.ends_with('\r')) line.pop_back();
+    if (line.empty()) continue;
+    const auto fail = [&](const std::string& why) {
+      throw ConfigError(fmt::format("{}:{}: {}", file, number, why));
+    };
+    if (number == 1) {
+      if (line != "condition,success") fail("must begin with the columns condition,success");
+      continue;
+    }
+    const size_t comma = line.rfind(',');
+    if (comma == std::string::npos) fail("must be CONDITION,SUCCESS");
+    const std::string name = Unquoted(line.substr(0, comma)), success = line.substr(comma + 1);
+    const auto at = static_cast<size_t>(std::ranges::find(names, name) - names.begin());
+    if (at == names.size())
+      fail("'" + name + "' is no condition of the gate" + config::DidYouMean(name, names));
+    if (success != "0" && success != "1") fail("success is '" + success + "', must be 1 or 0");
+    ++counts[at].trials;
+    counts[at].successes += success == "1";
+    ++trials;
+  }
+  if (trials == 0) throw ConfigError(file + ": has no trial");
+  return counts;
+}
+
+report::Section RealTrialSection(const std::vector<statistics::Count>& real,
+                                 const GateReport& report) {
+  std::vector<statistics::RealAndSimulated> counts;
+  report::Table table({"<condition", "real successes", "simulated"});
+  for (size_t i = 0; i < real.size(); ++i) {
+    const ConditionReport& condition = report.conditions[i];
+    const statistics::Count simulated{condition.successes, condition.trials};
+    table.Row({condition.condition, Share(real[i]), Share(simulated)});
+    if (real[i].trials > 0 && simulated.trials > 0) counts.push_back({real[i], simulated});
+  }
+  if (counts.empty())
+    return {.title = "Real trials", .note = "None of a simulated condition.", .table = table};
+  const statistics::RealRate rate = statistics::PredictRealRate(counts);
+  const double p = statistics::RealDiffersP(counts);
+  return {.title = "Real trials",
+          .note = fmt::format(
+              "Real success rate over these conditions: {} % [{}, {}], 95 %, prediction-powered "
+              "(Angelopoulos et al., Science 382 (2023) 669): as sure as {:.1f} trials without the "
+              "simulator, which says {} %. {} (p = {}, exact).",
+              report::Digits(100 * rate.rate, 3), report::Digits(100 * rate.interval.low, 3),
+              report::Digits(100 * rate.interval.high, 3), rate.worth_trials,
+              report::Digits(100 * rate.simulated_rate, 3),
+              p < 0.05 ? "Simulator and reality differ" : "No difference of the two is shown",
+              report::PValue(p)),
+          .table = table};
+}
+
+}  // namespace turbidock::gate

@@ -1,0 +1,21 @@
+#pragma once
+// Real trials beside a gate's simulated ones: what rate is to be expected of the vehicle.
+
+#include <string>
+#include <vector>
+
+#include "experiments/report/report.h"
+#include "experiments/studies/gate/gate.h"
+
+namespace turbidock::gate {
+
+// Reads a CSV file with the columns condition and success (1 or 0), a row a real trial. Counts by
+// condition of the gate; ConfigError with file and line for anything else.
+std::vector<statistics::Count> LoadRealTrials(const std::string& file, const Gate& gate);
+
+// Between which bounds the real success rate over the tried conditions is, by these and the gate's
+// own trials of the same conditions (statistics/prediction_powered.h).
+report::Section RealTrialSection(const std::vector<statistics::Count>& real,
+                                 const GateReport& report);
+
+}  // namespace turbidock::gate
