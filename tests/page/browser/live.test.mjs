@@ -460,16 +460,16 @@ test('a tuning study while it runs, then its report', async () => {
     path.join(folder, 'study.yaml'),
     `schema_version: 1
 description: 'sway <b id="injected">tried</b>'
-trials:
-  scenario: sea_night_active
-  seeds: 6
-  set: {pose_source: true_pose, controller: lqg, duration_s: 30}
-gains:
-  - {key: lqg.sway.effort_share, low: 0.09, high: 1.4, scale: log}
-objective:
-  - {metric: time_s, weight: 1, failed: 60}
-optimiser: {population: 5, generations: 3}
-proof: {held_out_seeds: 8, cameras: false}
+scenario: sea_night_active
+seeds: 6
+set: {pose_source: true_pose, controller: lqg, duration_s: 30}
+tuning:
+  gains:
+    - {key: lqg.sway.effort_share, low: 0.09, high: 1.4, scale: log}
+  objective:
+    - {metric: time_s, weight: 1, failed: 60}
+  optimiser: {population: 5, generations: 3}
+  proof: {held_out_seeds: 8, cameras: false}
 `,
   );
   const tune = spawn(
