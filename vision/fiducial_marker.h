@@ -4,6 +4,7 @@
 // frame M.
 
 #include <Eigen/Core>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -67,8 +68,13 @@ struct FiducialParams {
           "root mean square of a tag's corners about where its pose has them, beyond which it is "
           "not used");
   }
+  static constexpr std::array kPresets = {"tags_from_scene"};
   void Given(const std::string& key) {
-    if (key.starts_with("tags") && key != "tags_from_scene") tags_from_scene = tags.empty();
+    if (key == "tags_from_scene") {
+      if (!tags_from_scene) tags.clear();
+    } else if (key.starts_with("tags")) {
+      tags_from_scene = tags.empty();
+    }
   }
   // ConfigError for two tags of one number, or one that the family does not have.
   void Check(const std::string& path) const;

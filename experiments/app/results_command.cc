@@ -65,7 +65,7 @@ int Replay(const ReplayArguments& arguments) {
   const batch::StoreHeader& header = store.header();
   if (header.kind != "batch")
     throw ConfigError(arguments.file + ": was written by " + header.kind + ", not by batch");
-  const batch::Plan plan(header.plan, arguments.file, {.plugins = arguments.plugins});
+  const batch::Plan plan(store.PlanHere(), arguments.file, {.plugins = arguments.plugins});
   const trial::TrialRecord before = store.Trial(arguments.trial).record;
   if (header.build != system::BuildId())
     command::Progress(arguments.quiet)

@@ -116,10 +116,24 @@ struct Kept {
   std::string changed;  // of the first that is not: which, and what changed
 };
 
+// Why a trial's identity is another one.
+std::string Cause(const std::string& change, const StoreHeader& before, const StoreHeader& now) {
+  if (!change.empty()) return change;
+  const std::string file = OtherFile(before, now);
+  return file.empty() ? "its seed or its draws are others" : file;
+}
+
 Kept KeptOf(const ResultStore& store, const Plan& plan, const StoreHeader& header,
             Renderers* renderers) {
   Kept kept;
   const std::string change = ChangeOf(store.header(), header);
+  // What decides no trial, but what is kept of it.
+  const auto change_of = [&](const std::string& setting) {
+    const std::string was = SettingOf(store.header(), setting), is = SettingOf(header, setting);
+    return was == is ? "" : fmt::format("{}: {} then, {} now", setting, was, is);
+  };
+  const std::string series = change_of("series_every_frames"),
+                    limit = change_of("trial_time_limit_s");
   for (const StoredTrial& trial : store.Trials()) {
     const std::optional<int64_t> number = plan.NumberOf(trial.parameters, trial.sample);
     if (!number) throw OtherResults(store.file(), LabelOf(trial) + ", is not of this plan", "");
@@ -130,13 +144,15 @@ Kept KeptOf(const ResultStore& store, const Plan& plan, const StoreHeader& heade
         drawn.empty() ? "" : renderers->Now(scenario.renderer).value_or(drawn);
     const bool is_same = spec.parameters == trial.parameters && spec.seed == trial.record.seed &&
                          trial::IdentityOf(scenario, header.build, draws) == trial.identity;
-    if (is_same)
+    const std::string other =
+        !series.empty() || trial.record.outcome != trial::Outcome::kHung ? series : limit;
+    if (is_same && other.empty())
       kept.numbers.push_back({.before = trial.trial, .trial = *number, .cell = spec.cell});
     else if (kept.changed.empty())
       kept.changed = LabelOf(trial) + ": " +
-                     (draws != drawn    ? "it was drawn by " + drawn + ", now by " + draws
-                      : !change.empty() ? change
-                                        : "its seed or its draws are others");
+                     (draws != drawn ? "it was drawn by " + drawn + ", now by " + draws
+                      : is_same      ? other
+                                     : Cause(change, store.header(), header));
   }
   return kept;
 }

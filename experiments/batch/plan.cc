@@ -90,6 +90,7 @@ Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
     : plugins_(overrides.plugins) {
   const config::YamlNode plan = InItsFolder(given);
   const std::string& file = plan.file;
+  folder_ = fs::absolute(file).lexically_normal().parent_path();
   RefuseKeys(plan, ReplacedPlanKeys());
   if (!plan.Find("resolved_scenarios")) {
     for (const PlanKey& key : overrides.refused)
@@ -249,6 +250,8 @@ void Plan::LoadScenarios(const config::YamlNode& plan) {
       if (!text || !text->Text()) resolved->Fail("has no scenario " + name);
       scenarios_[name] =
           trial::ParseScenario(*text->Text(), plan.file + " (" + name + ")", plugins_);
+      config::ForEachFileIn(&scenarios_[name],
+                            [this](InputFile* file) { file->path = FileOf(file->path); });
       trial::Resolve(set_, &scenarios_[name]);
     } else {
       // A file beside the plan, else whatever a command line would mean by it.
@@ -385,7 +388,8 @@ void Plan::AddFiles(trial::Scenario scenario) {
 void Plan::RequireSameFiles(const config::YamlNode& before) const {
   for (const auto& [names, files] : files_)
     for (const trial::ModelFile& file : files)
-      if (const auto was = before.Find(file.file); !was || was->Text() != "content " + file.content)
+      if (const auto was = before.Find(NameFromFolder(file.file));
+          !was || was->Text() != "content " + file.content)
         before.Fail(file.file + " is not what it was when the plan began");
 }
 
@@ -400,6 +404,7 @@ void Plan::CheckTrials(const std::string& file) {
       try {
         const trial::Scenario scenario = ScenarioOf(spec);
         if (scenario.model_files.empty()) AddFiles(scenario);
+        code_.insert(scenario.plugins.CodeInUse());
         for (const std::string& remark : scenario.given.remarks)
           if (std::ranges::count(remarks_, remark) == 0) remarks_.push_back(remark);
       } catch (const ConfigError& error) {

@@ -34,6 +34,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -139,6 +140,8 @@ class Plan {
 
   const PlanSettings& settings() const { return settings_; }
   const trial::Plugins& plugins() const { return plugins_; }
+  // Of the plug-ins that its trials use, a line each.
+  std::string code() const;
   const std::vector<GridAxis>& grid() const { return grid_; }
   // Keys of a trial's parameters, in their order.
   const std::vector<std::string>& keys() const { return keys_; }
@@ -188,9 +191,13 @@ class Plan {
   std::vector<config::Assignment> AssignmentsOf(const std::vector<Parameter>& parameters) const;
   double DrawOf(const RandomKey& random, const std::string& cell, int64_t sample) const;
   std::string Resolve(const config::YamlNode& plan) const;
+  // A file's name in a resolved plan, from its folder if it moves with it; and where that is now.
+  std::string NameFromFolder(const std::string& file) const;
+  std::string FileOf(const std::string& name) const;
 
   PlanSettings settings_;
   std::string title_;
+  std::string folder_;  // of its file, absolute
   trial::Plugins plugins_;
   std::vector<GridAxis> grid_;
   std::vector<Case> cases_, strata_;
@@ -205,6 +212,7 @@ class Plan {
   // By the files that a scenario names: those and all that they include.
   std::map<std::string, std::vector<trial::ModelFile>> files_;
   std::vector<std::string> remarks_;
+  std::set<std::string> code_;
   std::string trials_;  // of the resolved plan, all but its settings
 };
 

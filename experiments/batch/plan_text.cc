@@ -1,6 +1,6 @@
 // A plan as texts: resolved, to be kept with its results, and a cell's for people.
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -22,6 +22,8 @@ std::string ModelFilesText(const std::map<std::string, trial::ModelFile>& files)
 }
 
 std::string YamlText(const std::string& text) { return config::TextNode(text, {}).OneLine(); }
+
+std::string Plan::code() const { return fmt::format("{}", fmt::join(code_, "")); }
 
 std::string Plan::resolved() const { return config::SaveYaml(settings_) + trials_; }
 
@@ -55,14 +57,33 @@ CellText Plan::TextOf(int64_t cell) const {
   return text;
 }
 
+// What is beside it, or in a folder beside its own.
+std::string Plan::NameFromFolder(const std::string& file) const {
+  const fs::path path = file;
+  if (!path.is_absolute()) return file;
+  const std::string name = path.lexically_relative(folder_);
+  if (name.starts_with("../../")) return file;
+  return name.starts_with("../") ? name : "./" + name;
+}
+
+std::string Plan::FileOf(const std::string& name) const {
+  return name.starts_with("./") || name.starts_with("../")
+             ? (fs::path(folder_) / name).lexically_normal().string()
+             : name;
+}
+
 std::string Plan::Resolve(const config::YamlNode& plan) const {
   std::string text;
   const bool names_files = std::ranges::any_of(
       trial::ScenarioKeys(plugins_),
       [varied = Varied()](const auto& doc) { return doc.type == "file" && varied.Find(doc.key); });
-  if (names_files)
-    text += fmt::format("{}: {}\n", kFolderKey,
-                        YamlText(fs::absolute(plan.file).parent_path().string()));
+  std::map<std::string, trial::ModelFile> files;  // by name
+  for (const auto& [names, of] : files_)
+    for (const trial::ModelFile& file : of)
+      files[NameFromFolder(file.file)] = {NameFromFolder(file.file), file.content};
+  const bool has_own =
+      std::ranges::any_of(files, [](const auto& file) { return file.first.starts_with('.'); });
+  if (names_files || has_own) text += fmt::format("{}: {}\n", kFolderKey, YamlText(folder_));
   if (!cases_.empty()) text += "cases:\n";
   for (const Case& one : cases_) {
     text += fmt::format("  {}: {{", YamlText(one.name));
@@ -78,12 +99,12 @@ std::string Plan::Resolve(const config::YamlNode& plan) const {
         text += fmt::format("  {}: {}\n", YamlText(name), value.OneLine());
     }
   text += "resolved_scenarios:\n";
-  for (const auto& [name, scenario] : scenarios_)
+  for (auto [name, scenario] : scenarios_) {
+    config::ForEachFileIn(&scenario,
+                          [this](InputFile* file) { file->path = NameFromFolder(file->path); });
     text +=
         "  " + YamlText(name) + ": |\n" + system::Indented(trial::SaveScenario(scenario), "    ");
-  std::map<std::string, trial::ModelFile> files;  // by name
-  for (const auto& [names, of] : files_)
-    for (const trial::ModelFile& file : of) files[file.file] = file;
+  }
   return text + ModelFilesText(files);
 }
 

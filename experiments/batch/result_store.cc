@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 #include <map>
 #include <set>
@@ -34,65 +35,14 @@ std::string TextOf(const Cell& cell) {
   return cell.is_null() ? "" : FormatNumber(cell.get<double>());
 }
 
-// The first line in which two texts differ, without its comment; empty where they do not.
-std::string FirstDifference(const std::string& before, const std::string& now) {
-  std::istringstream left(before), right(now);
-  const auto next = [](std::istringstream* lines) -> std::string {
-    std::string line;
-    if (!std::getline(*lines, line)) return "nothing";
-    line.resize(std::min(line.size(), line.find("  # ")));
-    return "'" + line.erase(0, line.find_first_not_of(' ')) + "'";
-  };
-  std::string x, y;
-  do {
-    x = next(&left);
-    y = next(&right);
-  } while (x == y && left);
-  return x == y ? "" : x + " then, " + y + " now";
-}
-
-// What the values of the same name in two groups differ in; empty where they do not.
-std::string CommonDifference(const config::YamlNode& before, const config::YamlNode& now,
-                             const std::string& key) {
-  const auto was = before.Find(key), is = now.Find(key);
-  if (!was || !is || !was->IsMap() || !is->IsMap()) return "";
-  for (const auto& [name, value] : was->Entries())
-    if (const auto other = is->Find(name)) {
-      const bool is_text = value.Text() && other->Text();
-      const std::string difference = FirstDifference(is_text ? *value.Text() : value.OneLine(),
-                                                     is_text ? *other->Text() : other->OneLine());
-      if (!difference.empty())
-        return key == "model_files" ? fmt::format("the file {} has changed", name)
-                                    : fmt::format("{}: {}", name, difference);
-    }
-  return "";
-}
-
-// Lines of a name and a digest.
-std::string CodeDifference(const std::string& before, const std::string& now) {
-  std::istringstream lines(before);
-  for (std::string line; std::getline(lines, line);) {
-    const std::string name = line.substr(0, line.rfind(' ') + 1);
-    if (now.find(name) != std::string::npos && now.find(line + "\n") == std::string::npos)
-      return "the code of " + name +
-             (line.find(trial::kUnknownCode) == std::string::npos
-                  ? "has changed"
-                  : "cannot be told, and may have changed");
-  }
-  return before == now ? "" : "the plug-ins differ: " + FirstDifference(before, now);
+// Empty where it is no text.
+std::string FolderOf(const std::string& file) {
+  const std::string folder =
+      std::filesystem::absolute(file).lexically_normal().parent_path().string();
+  return system::FirstNoText(folder) ? "" : folder;
 }
 
 }  // namespace
-
-StoreHeader HeaderOf(const Plan& plan, const Shard& shard) {
-  return {.kind = "batch",
-          .plan = plan.resolved(),
-          .build = system::BuildId(),
-          .code = plan.plugins().Code(),
-          .shard = shard,
-          .trials = plan.trials(),
-          .keys = plan.keys()};
-}
 
 TrialRule RuleOf(const StoreHeader& header) {
   TrialRule rule{.batch = header.trials, .most = header.trials, .precision = {}};
@@ -120,40 +70,6 @@ TrialRule RuleOf(const StoreHeader& header) {
 
 bool IsOf(const Shard& shard, const TrialRule& rule, int64_t trial) {
   return shard.Has(rule.precision ? trial % rule.cells : trial / rule.strata);
-}
-
-std::string ChangeOf(const StoreHeader& before, const StoreHeader& now) {
-  if (before.build != now.build) return "the builds differ: " + before.build + " and " + now.build;
-  if (std::string code = CodeDifference(before.code, now.code); !code.empty()) return code;
-  try {
-    const config::YamlNode was = config::ParseYaml(before.plan, "plan"),
-                           is = config::ParseYaml(now.plan, "plan");
-    for (const char* key : {"master_seed", "common_seeds"})
-      if (was.Find(key) && is.Find(key))
-        if (const std::string difference =
-                FirstDifference(was.Find(key)->OneLine(), is.Find(key)->OneLine());
-            !difference.empty())
-          return std::string(key) + ": " + difference;
-    for (const char* key :
-         {"model_files", "resolved_scenarios", "conditions", "cases", "strata", "random"})
-      if (std::string difference = CommonDifference(was, is, key); !difference.empty())
-        return difference;
-  } catch (const ConfigError&) {  // of an older program: the texts still differ
-  }
-  return "";
-}
-
-std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b) {
-  std::vector<std::string> differences;
-  if (a.kind != b.kind)
-    differences.push_back("one was written by " + a.kind + ", the other by " + b.kind);
-  if (const std::string change = ChangeOf(a, b); !change.empty())
-    differences.push_back(change);
-  else if (a.plan != b.plan)
-    differences.push_back("the plans differ: " + FirstDifference(a.plan, b.plan));
-  else if (a.trials != b.trials)
-    differences.push_back(fmt::format("{} trials then, {} now", a.trials, b.trials));
-  return differences;
 }
 
 Cell ValueOf(const Parameter& parameter) {
@@ -221,8 +137,11 @@ ResultStore ResultStore::Open(const std::string& file, const StoreHeader& header
 ResultStore ResultStore::Write(const std::string& file, const StoreHeader& header) {
   ResultStore store = Open(file, header);
   const std::vector<std::string> differences = Differences(store.header_, header);
-  if (!differences.empty()) throw OtherResults(file, differences[0]);
-  return store;
+  if (differences.empty()) return store;
+  // what is no trial is not run anew
+  if (header.keys.empty())
+    throw OtherResults(file, differences[0], " or finish it as it was begun");
+  throw OtherResults(file, differences[0]);
 }
 
 ResultStore ResultStore::Read(const std::string& file) {
@@ -252,8 +171,13 @@ void ResultStore::WriteMeta(const StoreHeader& header) {
                                           {"build", header.build},
                                           {"code", header.code},
                                           {"shard", header.shard.Text()},
-                                          {"trials", std::to_string(header.trials)}})
+                                          {"trials", std::to_string(header.trials)},
+                                          {"folder", FolderOf(file_)}})
     InsertRow(*db_, "meta", {"key", "value"}, {key, value});
+}
+
+std::string ResultStore::PlanHere() const {
+  return PlanMoved(header_.plan, begun_in_, FolderOf(file_));
 }
 
 void ResultStore::Become(const StoreHeader& header, const std::vector<Renumbered>& numbers) {
@@ -300,6 +224,7 @@ void ResultStore::ReadHeader() {
     if (system::FirstNoText(meta[key])) FailDamaged(std::string(key) + " is no text");
     return meta[key];
   };
+  begun_in_ = get("folder");
   header_ = {.kind = get("kind"),
              .plan = get("plan"),
              .build = get("build"),

@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "experiments/batch/plan.h"
+#include "experiments/batch/store_header.h"
 #include "experiments/trial/series.h"
 #include "experiments/trial/trial_record.h"
 #include "sim/base/check.h"
-#include "sim/base/digest.h"
 
 namespace SQLite {
 class Database;
@@ -29,21 +29,6 @@ namespace turbidock::batch {
 class RunLock;
 
 inline constexpr int kStoreSchema = 7;
-
-// What a file holds the results of.
-struct StoreHeader {
-  std::string kind = "batch";  // or "tune", "gate", "calibrate": who wrote it
-  std::string plan;            // the resolved plan (or study): every value spelt out
-  std::string build;           // BuildId of the program
-  std::string code = {};       // of controllers and estimators that are not this program's own
-  Shard shard;
-  int64_t trials = 0;             // of the plan, all shards together
-  std::vector<std::string> keys;  // of the parameters that trials differ in
-
-  std::string plan_hash() const { return DigestOf(plan); }
-};
-
-StoreHeader HeaderOf(const Plan& plan, const Shard& shard);
 
 struct TrialRule {
   int64_t cells = 1;
@@ -60,19 +45,11 @@ bool IsOf(const Shard& shard, const TrialRule& rule, int64_t trial);
 // The rule that a file's trials follow. Without a precision it knows of no cells.
 TrialRule RuleOf(const StoreHeader& header);
 
-// How two headers differ, a sentence each; empty when results of both belong together. Shards may
-// differ.
-std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b);
-
 // Results that should be equal or belong together and do not. Exit code 5.
 class MismatchError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
-
-// What changed since a file was begun, in words: a file, the code of a plug-in, a key, the program.
-// Of a plan that only has more cells, cases or trials than before: empty.
-std::string ChangeOf(const StoreHeader& before, const StoreHeader& now);
 
 // A file whose trials are not those that this program would run.
 class OtherResults : public ConfigError {
@@ -112,6 +89,9 @@ class ResultStore {
 
   const StoreHeader& header() const { return header_; }
   const std::string& file() const { return file_; }
+  // The plan; where the file has moved since it was begun, with its files as near to it as they
+  // were.
+  std::string PlanHere() const;
 
   // Has the file hold the results of another plan, all at once: `numbers` says which of its trials
   // stay, and which number and cell each has from now on; the others go.
@@ -167,6 +147,7 @@ class ResultStore {
   std::unique_ptr<RunLock> lock_;
   std::unique_ptr<SQLite::Database> db_;
   StoreHeader header_;
+  std::string begun_in_;  // a folder
 };
 
 // Whether a process writes to the file now.

@@ -49,6 +49,11 @@ std::string DataDir() {
 }
 
 std::string ModelPath(const std::string& file) { return DataDir() + "/models/" + file; }
+bool IsBundledModel(const std::string& name) {
+  std::error_code ignored;
+  return name.find('/') == std::string::npos && fs::is_regular_file(ModelPath(name), ignored);
+}
+
 std::string AssetPath(const std::string& file) { return DataDir() + "/assets/" + file; }
 
 std::vector<std::string> BundledNames(const std::string& folder) {

@@ -13,6 +13,7 @@ namespace turbidock::config {
 std::string DataDir();
 
 std::string ModelPath(const std::string& file);  // DataDir()/models/file
+bool IsBundledModel(const std::string& name);
 std::string AssetPath(const std::string& file);  // DataDir()/assets/file
 
 // The names of assets/folder/NAME.yaml, sorted; and such a file, or `name` itself when it names

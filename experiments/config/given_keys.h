@@ -11,11 +11,11 @@ namespace turbidock::config {
 // A key that is absent has its default.
 using Origins = std::map<std::string, std::string, std::less<>>;
 
-// What an object was given key by key so far, a sentence for each value that a preset after it
-// undid, and where all of it stands.
+// Where all that an object was given so far stands, and a sentence for each time that a preset
+// undid some of it.
 struct GivenKeys {
-  std::vector<std::string> keys, remarks;
   Origins origins;
+  std::vector<std::string> remarks;
 };
 
 }  // namespace turbidock::config

@@ -114,6 +114,9 @@ std::string TypeName(const Field& field);  // "number", "one of active, passive"
 std::string TextAt(const GroupRef& group, const std::string& key);
 Origins ReadLayersOf(const std::vector<Assignment>& layers, const GroupRef& group,
                      GivenKeys* given);
+// One of the layers.
+void ReadLayer(const Assignment& layer, const GroupRef& group, Origins* origins);
+void AddOrigins(const Origins& layer, Origins* all);
 void ReadOne(const YamlNode& node, const ValueRef& value);
 std::vector<std::string> PresetsIn(const GroupRef& group);
 void ForEachFile(const GroupRef& group, const std::function<void(InputFile*)>& act);

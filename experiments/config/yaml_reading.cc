@@ -124,9 +124,7 @@ std::string FileOf(const YamlNode& at) {
   namespace fs = std::filesystem;
   std::error_code ignored;
   const std::string& name = at.tree->text;
-  if (name.empty() ||
-      (name.find('/') == std::string::npos && fs::is_regular_file(ModelPath(name), ignored)))
-    return name;
+  if (name.empty() || IsBundledModel(name)) return name;
   const fs::path folder = at.file == kFromSet ? "" : fs::path(at.file).parent_path();
   const fs::path path = fs::absolute(folder / name).lexically_normal();
   if (!fs::is_regular_file(path, ignored))
@@ -297,9 +295,6 @@ class Reader {
 
   void ReadList(const YamlNode& at, const Field& field, const ListRef& list) {
     if (!at.IsList()) FailType(at, field);
-    if (origins_)
-      std::erase_if(*origins_,
-                    [&](const auto& entry) { return entry.first.starts_with(at.path + "["); });
     const std::vector<YamlNode> elements = at.Elements();
     if (list.resize) {
       list.resize(0);  // elements begin with their own defaults, not with those of the list
@@ -344,25 +339,6 @@ Field Descend(const Field& field, const std::string& word, const GroupRef& root,
   return {field.key, field.range, field.doc, list->element(index).value};
 }
 
-bool IsPreset(const GroupRef& group, const std::string& key) {
-  if (std::ranges::count(group.presets, key) > 0) return true;
-  const size_t dot = key.find('.');
-  const Field* field = FindField(group, key.substr(0, dot));
-  const auto* inner = field ? std::get_if<GroupRef>(&field->value) : nullptr;
-  return inner && dot != std::string::npos && IsPreset(*inner, key.substr(dot + 1));
-}
-
-// Reads one of the layers over a group.
-void ReadLayer(const Assignment& layer, const GroupRef& group, Origins* origins) {
-  if (layer.key.empty())
-    return Reader(group, layer.value.path, origins).Read(layer.value, {"", {}, "", group});
-  YamlNode at = layer.value;
-  at.path = layer.key;
-  ReadOptions options;
-  const Field field = FieldAt(group, &at, &options.around);
-  Reader(group, "", origins, options).Read(at, field);
-}
-
 }  // namespace
 
 namespace internal {
@@ -397,8 +373,20 @@ Field FieldAt(const GroupRef& group, YamlNode* at, std::vector<Around>* around) 
 
 void ReadGroup(const YamlNode& node, const GroupRef& group, Origins* origins,
                const std::vector<std::string>& read_elsewhere) {
-  Reader(group, node.path, origins, {.read_elsewhere = read_elsewhere})
+  Origins set;
+  Reader(group, node.path, &set, {.read_elsewhere = read_elsewhere})
       .Read(node, {"", {}, "", group});
+  if (origins) AddOrigins(set, origins);
+}
+
+void ReadLayer(const Assignment& layer, const GroupRef& group, Origins* origins) {
+  if (layer.key.empty())
+    return Reader(group, layer.value.path, origins).Read(layer.value, {"", {}, "", group});
+  YamlNode at = layer.value;
+  at.path = layer.key;
+  ReadOptions options;
+  const Field field = FieldAt(group, &at, &options.around);
+  Reader(group, "", origins, options).Read(at, field);
 }
 
 void ReadResolvedGroup(const YamlNode& node, const GroupRef& group) {
@@ -408,27 +396,6 @@ void ReadResolvedGroup(const YamlNode& node, const GroupRef& group) {
 void ReadOne(const YamlNode& node, const ValueRef& value) {
   const GroupRef nothing;
   Reader(nothing, "", nullptr).Read(node, {"", Finite(), "", value});
-}
-
-Origins ReadLayersOf(const std::vector<Assignment>& layers, const GroupRef& group,
-                     GivenKeys* given) {
-  Origins origins;
-  for (const Assignment& layer : layers) {
-    std::map<std::string, std::string> before;
-    if (given && IsPreset(group, layer.key))
-      for (const std::string& key : given->keys)
-        if (key != layer.key && key.find('[') == std::string::npos)
-          before[key] = TextAt(group, key);
-    ReadLayer(layer, group, &origins);
-    for (const auto& [key, text] : before)
-      if (TextAt(group, key) != text)
-        given->remarks.push_back(fmt::format("{} = {} also sets {}, which is given before it as {}",
-                                             layer.key, layer.value.OneLine(), key, text));
-    if (given && !layer.key.empty()) given->keys.push_back(layer.key);
-  }
-  if (given)
-    for (const auto& [key, where] : origins) given->origins[key] = where;
-  return origins;
 }
 
 void ThrowWithOrigin(const ConfigError& error, const Origins& origins) {
@@ -442,31 +409,5 @@ void ThrowWithOrigin(const ConfigError& error, const Origins& origins) {
 }
 
 }  // namespace internal
-
-Assignment ParseAssignment(const std::string& text) {
-  const size_t equals = text.find('=');
-  const YamlNode at{nullptr, kFromSet, text.substr(0, equals)};
-  if (equals == std::string::npos) at.Fail("must be KEY=VALUE");
-  if (at.path.empty()) at.Fail("is no key; write group.key=value");
-  return {at.path, ParseYamlValue(text.substr(equals + 1), at)};
-}
-
-std::vector<Assignment> ParseAssignments(const std::vector<std::string>& texts) {
-  std::vector<Assignment> assignments;
-  assignments.reserve(texts.size());
-  for (const std::string& text : texts) assignments.push_back(ParseAssignment(text));
-  return assignments;
-}
-
-std::vector<std::string> TextsOf(const std::vector<Assignment>& assignments) {
-  std::vector<std::string> texts;
-  const std::function<void(const std::string&, const YamlNode&)> add = [&](const std::string& key,
-                                                                           const YamlNode& value) {
-    if (!value.IsMap()) return texts.push_back(key + "=" + value.OneLine());
-    for (const auto& [name, part] : value.Entries()) add(JoinKey(key, name), part);
-  };
-  for (const Assignment& each : assignments) add(each.key, each.value);
-  return texts;
-}
 
 }  // namespace turbidock::config

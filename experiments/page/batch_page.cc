@@ -102,7 +102,7 @@ StoredTrials::StoredTrials(const batch::ResultStore& store, std::string file, st
       stored_(store.TrialsWithSeries()) {
   if (store.header().kind != "batch") return;
   try {
-    plan_.emplace(store.header().plan, file_, batch::PlanOverrides{.plugins = plugins});
+    plan_.emplace(store.PlanHere(), file_, batch::PlanOverrides{.plugins = plugins});
   } catch (const ConfigError& error) {
     page->model["missing"].push_back(fmt::format(
         "This program does not understand all of the plan of {}: {}", file_, error.what()));

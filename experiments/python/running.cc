@@ -32,7 +32,7 @@ py::list BallsOf(const vision::MarkerParams& marker) {
 
 py::tuple TupleOf(const trial::TrialResult& result, const trial::Scenario& scenario) {
   return py::make_tuple(report::JsonText(result), trial::Series::Of(result.log),
-                        trial::SaveResolved(scenario));
+                        trial::SaveResolved(scenario, result.model_files));
 }
 
 namespace {

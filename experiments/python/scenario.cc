@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/python/bindings.h"
@@ -111,6 +112,8 @@ void AddScenario(py::module_* module) {
            [](Scenario* scenario, const std::vector<std::string>& assignments) {
              trial::Resolve(config::ParseAssignments(assignments), scenario);
            })
+      // What presets undid since this was asked last.
+      .def("remarks", [](Scenario* scenario) { return std::exchange(scenario->given.remarks, {}); })
       .def("get",
            [](Scenario* scenario, const std::vector<std::string>& words) {
              return ValueOf(FieldOf(scenario, words));

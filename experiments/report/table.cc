@@ -42,14 +42,17 @@ struct Unit {
 };
 constexpr double kDegrees = 180 / std::numbers::pi;
 // The first that fits: longer endings before those that are a part of them.
-constexpr std::array kUnits = {Unit{"_ml_m3", "ml/m³"}, Unit{"_rad_s", "°/s", kDegrees},
-                               Unit{"_newton", "N"},    Unit{"_joule", "J"},
-                               Unit{"_mps", "m/s"},     Unit{"_rad", "°", kDegrees},
-                               Unit{"_deg", "°"},       Unit{"_mm", "mm"},
-                               Unit{"_kg", "kg"},       Unit{"_m", "mm", 1000},
-                               Unit{"_s", "s"},         Unit{"_v", "V"},
-                               Unit{"_mps2", "m/s²"},   Unit{"_rad_s2", "°/s²", kDegrees},
-                               Unit{"_mib", "MiB"},     Unit{"_bytes", "MB", 1e-6}};
+constexpr std::array kUnits = {Unit{"_newton_m", "N m"}, Unit{"_m_s", "m/s"},
+                               Unit{"_kg_m2", "kg m²"},  Unit{"_kg_m3", "kg/m³"},
+                               Unit{"_ml_m3", "ml/m³"},  Unit{"_rad_s", "°/s", kDegrees},
+                               Unit{"_newton", "N"},     Unit{"_joule", "J"},
+                               Unit{"_mps", "m/s"},      Unit{"_rad", "°", kDegrees},
+                               Unit{"_deg", "°"},        Unit{"_mm", "mm"},
+                               Unit{"_kg", "kg"},        Unit{"_m", "mm", 1000},
+                               Unit{"_s", "s"},          Unit{"_v", "V"},
+                               Unit{"_mps2", "m/s²"},    Unit{"_rad_s2", "°/s²", kDegrees},
+                               Unit{"_mib", "MiB"},      Unit{"_bytes", "MB", 1e-6},
+                               Unit{"_volts", "V"},      Unit{"_hz", "Hz"}};
 
 }  // namespace
 

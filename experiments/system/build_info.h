@@ -14,6 +14,9 @@ std::string BuildId();
 
 // Of the content of the program or library that has this address in memory.
 std::string ModuleDigest(const void* address);
+// The same with every library that this program loaded from outside the system's folders: what a
+// user's code may consist of.
+std::string CodeDigest(const void* address);
 
 // Version, commit (with "-dirty" behind it for files that are in no commit), compiler and build
 // type, a line each.

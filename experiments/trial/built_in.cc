@@ -37,7 +37,7 @@ Plugins::Plugins() {
         return std::make_unique<vision::FiducialEstimator>(params, of.rig);
       },
       {.doc = "the estimator that reads fiducial tags, and the tags as it knows them",
-       .scene = {&TakesTags, &TakeTags, &CheckTags}});
+       .scene = {&TakesTags, &TakeTags, &CheckTags, "fiducial.tags_from_scene", "fiducial.tags"}});
   built_in_ = false;
 }
 

@@ -28,6 +28,7 @@
 #include <utility>
 
 #include "experiments/config/yaml_fields.h"
+#include "experiments/system/build_info.h"
 #include "experiments/trial/plugins.h"
 #include "sim/base/fields.h"
 
@@ -46,7 +47,7 @@ Plugins::Plugin<Made, Args...>* Plugins::Insert(
       .group = group,
       .doc = doc,
       .built_in = built_in_,
-      .registered_by = &kHere,
+      .code = built_in_ ? "" : system::CodeDigest(&kHere),
       .params = defaults,
       .defaults = defaults,
       .make = [make](const std::any& params,

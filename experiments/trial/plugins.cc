@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/system/build_info.h"
 #include "experiments/trial/scenario.h"
 
 namespace turbidock::trial {
@@ -137,7 +136,7 @@ Plugins Plugins::WithDefaults() const {
 template <class Made, class... Args>
 std::string Plugins::Plugin<Made, Args...>::CodeLine() const {
   if (built_in) return "";
-  return name + " " + (code.empty() ? system::ModuleDigest(registered_by) : code) + "\n";
+  return name + " " + code + "\n";
 }
 
 std::string Plugins::Code() const {
@@ -196,6 +195,13 @@ std::unique_ptr<vision::PoseEstimator> Plugins::MakeEstimator(const std::string&
       Guarded(
           "estimator " + name + ", when made", [&] { return plugin.make(plugin.params, setup); },
           /*may_refuse=*/true));
+}
+
+std::vector<SceneHooks> Plugins::all_scene_hooks() const {
+  std::vector<SceneHooks> hooks;
+  for (const auto& plugin : estimators_.all)
+    if (plugin.scene.takes) hooks.push_back(plugin.scene);
+  return hooks;
 }
 
 void Plugins::AddTo(config::GroupRef* scenario) {

@@ -51,11 +51,13 @@ struct PluginError : std::runtime_error {
 inline constexpr const char* kUnknownCode = "unknown-";
 
 // For an estimator with parameters that say what is in the scene: whether they are to be taken from
-// there, what does so, and what throws ConfigError where the scene is not as they say.
+// there, what does so (without a scene: knows nothing of it), what throws ConfigError where the
+// scene is not as they say, and the keys that say whether and what.
 struct SceneHooks {
   bool (*takes)(const Scenario&) = nullptr;
-  void (*take)(const vehicle::Scene&, Scenario*) = nullptr;
+  void (*take)(const vehicle::Scene*, Scenario*) = nullptr;
   void (*check)(const Scenario&, const vehicle::Scene&) = nullptr;
+  std::string flag{}, part{};
 };
 // What else may be said of an estimator.
 struct EstimatorTraits {
@@ -128,8 +130,9 @@ class Plugins {
                                                        const EstimatorSetup& setup) const;
 
   const std::string& estimator_group() const { return estimators_.Named(estimator()).group; }
-  // The chosen estimator's.
+  // The chosen estimator's; those of all that have some.
   const SceneHooks& scene_hooks() const { return estimators_.Named(estimator()).scene; }
+  std::vector<SceneHooks> all_scene_hooks() const;
 
   // Adds `controller`, `pose_estimator` and the group of each to a scenario's keys.
   void AddTo(config::GroupRef* scenario);
@@ -141,13 +144,12 @@ class Plugins {
   struct Plugin {
     std::string name, group, doc;
     bool built_in;
-    const void* registered_by;  // an address in the program or library that did
+    std::string code;  // of the program that registered it, or what SetCode says
     std::any params, defaults;
     std::function<Made(const std::any&, Args...)> make;
     std::function<config::GroupRef(std::any*)> keys;  // refers into the parameters
     std::function<void(const std::any&, const std::string& path, bool in_use)> check;
     SceneHooks scene{};
-    std::string code{};
 
     std::string CodeLine() const;
   };

@@ -52,6 +52,7 @@ const Scenario& Checked(const Scenario& scenario) {
 
 RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
     : scenario_(Checked(scenario)),
+      model_files_(ModelFilesOf(scenario_)),
       settings_(scenario_),
       options_(std::move(options)),
       recorder_(scenario_),
@@ -214,7 +215,7 @@ TrialResult RunTrial(const Scenario& scenario, const TrialOptions& options) {
 void WriteRecords(const std::string& folder, const Scenario& scenario, const TrialResult& result) {
   const std::filesystem::path out(folder);
   system::MakeFolder(folder);
-  system::WriteWhole(out / "resolved.yaml", SaveResolved(scenario));
+  system::WriteWhole(out / "resolved.yaml", SaveResolved(scenario, result.model_files));
   system::WriteWhole(out / "trajectory.csv", Series::Of(result.log).Csv());
   system::WriteWhole(out / "result.json", report::JsonText(result));
 }
@@ -230,6 +231,7 @@ TrialResult RunningTrial::Finish() {
   result.estimator = perception_.name();
   result.version = system::VersionAndCommit();
   result.renderer = world_.renderer();
+  result.model_files = model_files_;
   return result;
 }
 

@@ -63,6 +63,7 @@ class RunningTrial {
   std::optional<std::string> Advance(vehicle::ContactReport* contacts);
 
   const Scenario scenario_;  // as it began
+  const std::vector<ModelFile> model_files_;
   Scenario settings_;
   TrialOptions options_;
   TrialRecorder recorder_;

@@ -26,21 +26,13 @@ namespace fs = std::filesystem;
 // Without these a file would mean something else with every change of a default.
 constexpr std::array kRequired = {"schema_version", "seed", "duration_s", "model"};
 
-// Beginnings of the keys that decide what is known of the marker.
-constexpr std::array kDecidesMarker = {"model",       "vehicle_model", "station_model",
-                                       "ball_lights", "marker",        "pose_estimator"};
-
 bool IsFile(const fs::path& path) {
   std::error_code ignored;
   return fs::is_regular_file(path, ignored);
 }
 
-bool IsBundledModel(const std::string& model) {
-  return model.find('/') == std::string::npos && IsFile(config::ModelPath(model));
-}
-
 std::string PathOfModel(const std::string& model) {
-  return IsBundledModel(model) ? config::ModelPath(model) : model;
+  return config::IsBundledModel(model) ? config::ModelPath(model) : model;
 }
 
 // The vehicle's data, beside its MJCF.
@@ -115,22 +107,6 @@ Scenario Beginning(const Plugins& plugins) {
   return scenario;
 }
 
-// The marker as the estimator knows it, where that is the scene's. The bundled scenes have the
-// default one: there is no need to look.
-void TakeMarker(Scenario* scenario) {
-  const bool takes_balls = scenario->marker_from_scene && !IsBundledModel(scenario->model);
-  const SceneHooks hooks = scenario->plugins.scene_hooks();
-  const bool takes_more = hooks.takes && hooks.takes(*scenario);
-  if (!takes_balls && !takes_more) return;
-  const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(*scenario), scenario->rig);
-  if (takes_balls) {
-    scenario->marker.balls = DefaultMarker().balls;
-    TakeBalls(scene, scenario);
-  }
-  if (takes_more) hooks.take(scene, scenario);
-  CheckFields(*scenario, "");
-}
-
 void CheckShine(const std::string& ball, const std::vector<light::BallLight>& balls,
                 const std::string& path) {
   if (ball.empty() || std::ranges::find(balls, ball, &light::BallLight::name) != balls.end())
@@ -202,9 +178,17 @@ void Scenario::Given(const std::string& key) {
     if (by_hand != (navigation.preset == vehicle::NavigationPreset::kPilot))
       navigation = vehicle::NavigationParams::Of(by_hand ? vehicle::NavigationPreset::kPilot
                                                          : vehicle::NavigationParams().preset);
-  } else if (key.starts_with("marker.balls")) {
+  } else if (key == "marker_from_scene") {
+    if (!marker_from_scene) TakeDefaultBalls();
+  } else if (key.starts_with("marker.balls") || key.starts_with("marker.box_m")) {
     marker_from_scene = false;
   }
+}
+
+void Scenario::TakeDefaultBalls() {
+  const vision::MarkerParams known = DefaultMarker();
+  marker.balls = known.balls;
+  marker.box_m = known.box_m;
 }
 
 std::unique_ptr<vision::PoseEstimator> Scenario::MakeEstimator(const std::string& name,
@@ -214,11 +198,12 @@ std::unique_ptr<vision::PoseEstimator> Scenario::MakeEstimator(const std::string
 
 // Where the vehicle is to stand before it docks there is nothing in its way; nearer there may be.
 void Scenario::CheckApproach(const std::string& path) const {
-  if (navigation.preset == vehicle::NavigationPreset::kPilot &&
-      approach.mode == control::ApproachMode::kNavigation)
+  const bool by_eye = navigation.preset == vehicle::NavigationPreset::kPilot;
+  if (by_eye != (approach.mode == control::ApproachMode::kPilot) && approach.on())
     throw ConfigError(JoinKey(path, "navigation.preset"),
-                      "pilot is how a person navigates and excludes approach.mode = navigation: "
-                      "give one of them");
+                      fmt::format("{} and approach.mode = {} exclude each other: a pilot navigates "
+                                  "by eye, and nobody else does",
+                                  NameOf(navigation.preset), NameOf(approach.mode)));
   if (approach.on() && !(approach.closest_x_m() > procedure.servo_x_m))
     throw ConfigError(
         JoinKey(path, "approach.nearest_x_m"),
@@ -266,19 +251,6 @@ Scenario PresetsOf(const Scenario& scenario) {
   return before;
 }
 
-void Resolve(const std::vector<config::Assignment>& given, Scenario* scenario) {
-  Scenario next = *scenario;
-  const config::Origins origins = config::ReadLayers(given, &next, &next.given);
-  std::vector<std::string> deciding(kDecidesMarker.begin(), kDecidesMarker.end());
-  deciding.push_back(next.plugins.estimator_group() + ".");
-  if (std::ranges::any_of(origins, [&deciding](const auto& origin) {
-        return std::ranges::any_of(
-            deciding, [&origin](const auto& key) { return origin.first.starts_with(key); });
-      }))
-    TakeMarker(&next);
-  *scenario = std::move(next);
-}
-
 Scenario LoadScenario(const std::string& name, const std::vector<config::Assignment>& given,
                       const Plugins& plugins) {
   const config::YamlNode file =
@@ -317,7 +289,7 @@ Scenario ParseScenario(const std::string& text, const std::string& name, const P
 vehicle::SceneFiles SceneFilesOf(const Scenario& scenario) {
   const Scenario defaults;
   vehicle::SceneFiles files{.scene = PathOfModel(scenario.model)};
-  if (!IsBundledModel(scenario.model)) {
+  if (!config::IsBundledModel(scenario.model)) {
     const fs::path folder = fs::path(files.scene).parent_path();
     for (const auto& bundled : fs::directory_iterator(config::ModelPath("")))
       if (bundled.path().extension() == ".xml" && !IsFile(folder / bundled.path().filename()))
@@ -367,10 +339,9 @@ std::string ChangedModels(const Scenario& scenario) {
 
 std::string SaveScenario(const Scenario& scenario) { return config::SaveYaml(scenario); }
 
-std::string SaveResolved(const Scenario& scenario) {
-  Scenario resolved = scenario;
-  resolved.model_files = ModelFilesOf(scenario);
-  return SaveScenario(resolved);
+std::string SaveResolved(Scenario scenario, const std::vector<ModelFile>& model_files) {
+  scenario.model_files = model_files;
+  return SaveScenario(scenario);
 }
 
 std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins) {

@@ -237,8 +237,8 @@ struct Scenario {
     field("lens", self.lens, Finite(), "radial distortion that the estimator does not know of");
     field("marker", self.marker, Finite(), "the marker as the estimator knows it");
     field("marker_from_scene", self.marker_from_scene, Range{},
-          "whether the estimator knows the balls of the scene, where that is no bundled one; "
-          "giving marker.balls says no");
+          "sets marker.balls and marker.box_m: to the scene's where that is no bundled one, or to "
+          "those of the bundled ones; giving either says no");
     field("hue", self.hue, Finite(), "which pixels agree with a ball");
     field(
         "pose_source", self.pose_source, Finite(),
@@ -257,8 +257,10 @@ struct Scenario {
   }
   void MoreFields(config::GroupRef* group) { plugins.AddTo(group); }
   // Keys that stand for others set them where they are given; what is given later counts.
-  static constexpr std::array kPresets = {"vehicle_model", "optics", "approach.mode"};
+  static constexpr std::array kPresets = {"vehicle_model", "optics", "marker_from_scene",
+                                          "approach.mode"};
   void Given(const std::string& key);
+  void TakeDefaultBalls();  // as the bundled scenes have them
   void Check(const std::string& path) const;
   void CheckApproach(const std::string& path) const;
 
@@ -323,8 +325,8 @@ vehicle::SceneFiles SceneFilesOf(const Scenario& scenario);
 // What it is made from now: its models with all that they include, the vehicle's data, and every
 // file that a key names. ConfigError as of vehicle::ContentsOf.
 std::vector<ModelFile> ModelFilesOf(const Scenario& scenario);
-// What is kept of a trial's scenario, resolved.yaml: SaveScenario with what it is made from now.
-std::string SaveResolved(const Scenario& scenario);
+// What is kept of a trial's scenario, resolved.yaml: SaveScenario with what it was made from.
+std::string SaveResolved(Scenario scenario, const std::vector<ModelFile>& model_files);
 // A sentence that names those that its `model_files` have otherwise; empty where there are none.
 std::string ChangedModels(const Scenario& scenario);
 

@@ -119,7 +119,8 @@ void TakeBalls(const vehicle::Scene& scene, Scenario* scenario) {
     vision::CheckHues(marker, scenario->hue);
   } catch (const ConfigError& error) {
     throw ConfigError("ball_lights.balls",
-                      fmt::format("has no light for {}, which is known by its paint: {}",
+                      fmt::format("has no light for {}, which is known by its paint: {}; give one "
+                                  "in ball_lights.balls (optics sets them, too: after it)",
                                   fmt::join(unlit, ", "), error.problem()));
   }
 }
@@ -128,10 +129,11 @@ bool TakesTags(const Scenario& scenario) {
   return scenario.plugins.ParamsOf<vision::FiducialParams>().tags_from_scene;
 }
 
-void TakeTags(const vehicle::Scene& scene, Scenario* scenario) {
+void TakeTags(const vehicle::Scene* scene, Scenario* scenario) {
   auto& tags = scenario->plugins.ParamsOf<vision::FiducialParams>().tags;
   tags.clear();
-  for (const vehicle::TagInScene& real : vehicle::TagsOf(scene)) {
+  if (!scene) return;
+  for (const vehicle::TagInScene& real : vehicle::TagsOf(*scene)) {
     vision::TagParams& tag = tags.emplace_back();
     tag.id = real.id;
     tag.p_MT_m = Rounded(real.X_MT.p);

@@ -13,9 +13,10 @@ namespace turbidock::trial {
 void TakeBalls(const vehicle::Scene& scene, Scenario* scenario);
 
 // Tags as an estimator knows them: whether they are to be taken from the scene; takes them
-// (ConfigError without any); ConfigError when one is not where the scene has it.
+// (ConfigError without any; null: none are known); ConfigError when one is not where the scene has
+// it.
 bool TakesTags(const Scenario& scenario);
-void TakeTags(const vehicle::Scene& scene, Scenario* scenario);
+void TakeTags(const vehicle::Scene* scene, Scenario* scenario);
 void CheckTags(const Scenario& scenario, const vehicle::Scene& scene);
 
 // MJCF that draws a marker's tags, for inclusion where the marker frame M is: of each a site, as

@@ -18,7 +18,8 @@
 namespace turbidock::trial {
 
 struct TrialResult : TrialRecord {
-  TrialLog log;  // frame by frame
+  TrialLog log;                        // frame by frame
+  std::vector<ModelFile> model_files;  // as they were when it began
 };
 
 // What an observer sees of a frame, once the frame's time has passed.

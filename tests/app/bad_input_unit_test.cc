@@ -323,18 +323,21 @@ TEST_F(BadInput, TheFirstSignalStopsWhateverRuns) {
 
 TEST_F(BadInput, AStoppedStudySaysWhatIsKeptAndHowToGoOn) {
   const std::string gate = File("gate.yaml",
-                                "schema_version: 1\nbaseline: base.yaml\nmax_trials: 100\n"
-                                "margins: {success_rate: 0.5}\n"
-                                "conditions: [{name: pool, scenario: pool_active}]\n");
+                                "schema_version: 1\nscenario: pool_active\nseeds: 100\n"
+                                "gate: {baseline: base.yaml, margins: {success_rate: 0.5}}\n");
   const std::pair<std::vector<std::string>, std::string> studies[] = {
       {{"gate", gate, "--update"}, Path("base.yaml.trials.db")},
-      {{"tune", "tryout", "--out", Path("tuned")}, Path("tuned/evaluations.sqlite")}};
+      {{"tune", "tryout", "--out", Path("tuned")}, Path("tuned/evaluations.sqlite")},
+      {{"recognize", "recognition_active", "--out", Path("r.sqlite")}, Path("r.sqlite")}};
   for (const auto& [command, file] : studies) {
     const pid_t pid = StartProgram(command, Path("err"));
-    while (!fs::exists(file)) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    int status = 0;
+    while (!fs::exists(file)) {
+      ASSERT_EQ(waitpid(pid, &status, WNOHANG), 0) << command[0] << ": " << Read(Path("err"));
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
     std::this_thread::sleep_for(std::chrono::milliseconds(700));
     kill(pid, SIGINT);
-    int status = 0;
     ASSERT_EQ(waitpid(pid, &status, 0), pid);
     EXPECT_EQ(WEXITSTATUS(status), 130) << command[0];
     EXPECT_THAT(Read(Path("err")), HasSubstr("stopped: the trials so far are in " + file +

@@ -23,6 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class Batch : public ::testing::Test {
  protected:
@@ -201,6 +202,40 @@ TEST_F(Batch, IsNotResumedWhenAModelFileHasChanged) {
     write(name, before);
   }
   RunBatch("a.db", {"--shard", "1/2"});  // as it was
+}
+
+// What decides no result, but what is kept of one, does not change within a file either.
+TEST_F(Batch, IsNotResumedWithOtherSeriesOrOtherLimits) {
+  const auto write = [&](const std::string& settings) {
+    std::ofstream(plan_) << "schema_version: 1\nscenario: sea_night_active\nseeds: 2\n"
+                            "set: {duration_s: 1}\n" +
+                                settings;
+  };
+  write("series_every_frames: 2\n");
+  RunBatch("series.db");
+  write("series_every_frames: 3\n");
+  EXPECT_THAT(RunBatch("series.db", {}, 2), HasSubstr("series_every_frames: 2 then, 3 now"));
+  RunBatch("series.db", {"--anew"});
+  RunBatch("series.db");
+  write("trial_time_limit_s: 0.1\n");
+  RunBatch("hung.db");
+  EXPECT_THAT(Rows("hung.db"), HasSubstr("hung"));
+  write("trial_time_limit_s: 300\n");
+  EXPECT_THAT(RunBatch("hung.db", {}, 2), HasSubstr("trial_time_limit_s: 0.1 then, 300 now"));
+  RunBatch("hung.db", {"--anew"});
+  EXPECT_THAT(Rows("hung.db"), Not(HasSubstr("hung")));
+}
+
+// A file of the user's that a bundled one's place is taken by.
+TEST_F(Batch, NamesAFileThatHasTakenAnothersPlace) {
+  const std::string models = TURBIDOCK_TEST_DATA "/../../models/";
+  fs::copy_file(models + "sea_active.xml", File("scene.xml"));
+  std::ofstream(plan_) << "schema_version: 1\nscenario: sea_night_active\nseeds: 2\n"
+                          "set: {model: ./scene.xml, pose_source: true_pose, duration_s: 0.1}\n";
+  RunBatch("a.db");
+  fs::copy_file(models + "station.xml", File("station.xml"));
+  EXPECT_THAT(RunBatch("a.db", {}, 2),
+              HasSubstr("it reads the file " + File("station.xml") + " now"));
 }
 
 TEST_F(Batch, StopsOnASignalAndGoesOn) {

@@ -438,7 +438,8 @@ TEST(Plan, ItsHashSeesEveryModelThatMayBeDrawn) {
   };
   const Plan before = plan();
   for (const std::string& model : models) {
-    EXPECT_THAT(before.resolved(), HasSubstr(YamlText(model) + ": content "));
+    const std::string name = std::filesystem::path(model).filename();
+    EXPECT_THAT(before.resolved(), HasSubstr("/" + name + ": content "));
     std::ofstream(model, std::ios::app) << "<!-- heavier -->\n";
     EXPECT_NE(plan().hash(), before.hash()) << model;
   }

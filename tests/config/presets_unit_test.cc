@@ -95,9 +95,14 @@ TEST(Presets, SetTheirKeysWhereTheyAreGiven) {
 TEST(Presets, SayOnceWhichValuesTheyUndo) {
   GivenKeys given;
   Read("box: {length_m: 3}", {"box.length_m=7", "box.width_m=7", "box.preset=large"}, &given);
-  EXPECT_THAT(given.remarks, ElementsAre("box.preset = large also sets box.length_m, which is "
-                                         "given before it as 7"));
-  EXPECT_THAT(given.keys, ElementsAre("box.length_m", "box.width_m", "box.preset"));
+  EXPECT_THAT(given.remarks,
+              ElementsAre("box.preset = large also sets what was given before: box.length_m (7)"));
+  GivenKeys of_a_file;
+  Read("{box: {length_m: 3, width_m: 7}}", {"box={preset: large, width_m: 7}", "is_full=true"},
+       &of_a_file);
+  EXPECT_THAT(of_a_file.remarks,
+              ElementsAre("box.preset = large also sets what was given before: box.length_m (3)",
+                          "is_full = true also sets what was given before: box.width_m (7)"));
   GivenKeys none;
   Read("box: {length_m: 3}", {"box.preset=large", "box.length_m=7"}, &none);
   EXPECT_THAT(none.remarks, ElementsAre());

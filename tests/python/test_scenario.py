@@ -21,6 +21,26 @@ def test_a_value_has_its_keys_type():
         s.true_pose.noise[0] = 1  # else it would change nothing
 
 
+def test_a_text_is_not_read_as_yaml():
+    s = turbidock.Scenario("pool_active")
+    for text in ("a # b", "a: b", "yes", "1.0", "", " x ", "'quoted'", "über 3 °", "- x", "\"q\" \\ \n"):
+        s.description = text
+        assert s.description == text
+        assert turbidock.Scenario("pool_active", settings={"description": text}).description == text
+    s.duration_s = "30"  # a number as text
+    s["start.position_m"] = "[-2, 0, 0]"
+    assert s.duration_s == 30 and s.start.position_m == (-2, 0, 0)
+
+
+def test_a_preset_that_undoes_what_was_given_warns():
+    s = turbidock.Scenario("pool_active")
+    s.navigation.position_walk_m = 3.5
+    with pytest.warns(UserWarning, match="also sets what was given before: navigation.position_walk_m"):
+        s.navigation.preset = "dvl"
+    with pytest.warns(UserWarning, match="navigation.preset = usbl also sets"):
+        turbidock.Scenario("approach_5m", settings={"navigation.preset": "usbl"})
+
+
 def test_lists_of_groups_index_and_iterate():
     s = turbidock.Scenario("pool_active")
     assert [ball.name for ball in s.marker.balls] == [s[f"marker.balls[{i}].name"] for i in range(3)]

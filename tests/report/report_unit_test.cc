@@ -105,6 +105,8 @@ TEST(Quantity, HasAPersonsUnit) {
   EXPECT_EQ(QuantityOf("peak_memory_mib").Title(), "peak memory, MiB");
   EXPECT_EQ(QuantityOf("rss_bytes").Title(), "rss, MB");
   EXPECT_EQ(QuantityOf("drift_mps2").Title(), "drift, m/s²");
+  EXPECT_EQ(QuantityOf("moment_newton_m").Title(), "moment, N m");
+  EXPECT_EQ(QuantityOf("moment_newton_m").factor, 1);
   EXPECT_EQ(QuantityOf("kp_v_per_m").Title(), "kp v per m");
   EXPECT_EQ(QuantityOf("kp_v_per_m").factor, 1);
 }

@@ -15,6 +15,7 @@
 #include "experiments/studies/gate/gate.h"
 #include "experiments/studies/tuning/tuner.h"
 #include "experiments/system/output_path.h"
+#include "experiments/trial/trial.h"
 #include "tests/settings/key_cases.h"
 #include "tests/support/message_of.h"
 
@@ -211,6 +212,45 @@ TEST_P(NamedFile, IsWhatABatchWasBegunWith) {
     batch::ResultStore store = batch::OpenResults(results, now, {}, /*anew=*/true, jobs);
     EXPECT_THAT(store.Done(), ElementsAre(2));
   }
+}
+
+// Shards that ran in two copies of a folder are one batch; a folder that moves takes its results
+// along.
+TEST_P(NamedFile, MayMoveWithItsPlan) {
+  const batch::JobOptions jobs{.workers = 1};
+  LoadPlan();
+  const fs::path copy = folder_.string() + "_copy";
+  fs::remove_all(copy);
+  fs::copy(folder_, copy, fs::copy_options::recursive);
+  const auto run = [&](const fs::path& folder, int shard) {
+    const batch::Plan plan = batch::LoadPlan(folder / "plan.yaml");
+    batch::ResultStore store = batch::OpenResults(folder / "elsewhere/part.db", plan, {shard, 2},
+                                                  /*anew=*/false, jobs);
+    batch::RunBatch(plan, {.jobs = jobs}, {}, &store);
+  };
+  run(folder_, 1);
+  run(copy, 2);
+  batch::StoreHeader header = batch::ResultStore::Read(folder_ / "elsewhere/part.db").header();
+  header.shard = {};
+  {
+    batch::ResultStore all = batch::ResultStore::Write(folder_ / "elsewhere/all.db", header);
+    all.Merge(folder_ / "elsewhere/part.db");
+    all.Merge(copy / "elsewhere/part.db");
+    EXPECT_EQ(all.Done().size(), 4u);
+  }
+  fs::remove_all(copy);
+  fs::current_path(before_);
+  fs::rename(folder_, copy);
+  const batch::ResultStore moved = batch::ResultStore::Read(copy / "elsewhere/all.db");
+  const batch::Plan stored(moved.PlanHere(), "plan");
+  for (const int64_t trial : moved.Done())
+    EXPECT_EQ(trial::RunTrial(stored.ScenarioOf(stored.Trial(trial))).digest,
+              moved.Trial(trial).record.digest);
+  // and goes on there
+  const batch::Plan again = batch::LoadPlan(copy / "plan.yaml");
+  EXPECT_EQ(batch::OpenResults(copy / "elsewhere/all.db", again, {}, /*anew=*/false, jobs).Done(),
+            moved.Done());
+  fs::remove_all(copy);
 }
 
 TEST_P(NamedFile, IsWhatAGateAndAStudyWereBegunWith) {

@@ -1,5 +1,7 @@
 // The estimator's marker is the scene's, unless it is given.
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,8 +11,10 @@
 #include <sstream>
 
 #include "experiments/config/data_files.h"
+#include "experiments/config/yaml_fields.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
+#include "sim/base/random.h"
 #include "tests/support/message_of.h"
 #include "vision/fiducial_marker.h"
 
@@ -90,6 +94,71 @@ TEST_F(OwnMarker, NeedsBallsThatCanBeToldApart) {
                         "differ by 6°"));
   EXPECT_THAT(MessageOf([&] { Load(Ball("pale", "0 0 0.065", "0.5 0.5 0.5")); }),
               HasSubstr("ball pale of the scene is grey"));
+}
+
+// A plan sets its trials' values over a scenario that is loaded already, --set while one is loaded.
+TEST_F(OwnMarker, IsTheSameHoweverTheStepsAreDivided) {
+  Load(three_);  // writes the files
+  const std::string own = "model=" + (folder_ / "scene.xml").string();
+  const std::vector<std::string> steps = {own,
+                                          "model=pool_active.xml",
+                                          "marker_from_scene=true",
+                                          "marker_from_scene=false",
+                                          "marker.balls[0].radius_m=0.021",
+                                          "marker.balls=[{name: green, p_MQ_m: [-0.07, 0, 0]}]",
+                                          "marker.box_m=[0.11, 0.1, 0.09]",
+                                          "marker={box_m: [0.12, 0.1, 0.09]}",
+                                          "ball_lights.enabled=false",
+                                          "ball_lights.balls[2].color=[0.05, 0.2, 1]",
+                                          "optics=published"};
+  Rng rng = SeedTree(3).Stream("steps");
+  int compared = 0;
+  for (int draw = 0; draw < 300; ++draw) {
+    std::vector<std::string> drawn;
+    for (int i = 0; i < 4; ++i) drawn.push_back(steps[rng.NextU64() % steps.size()]);
+    const auto given = config::ParseAssignments(drawn);
+    Scenario in_steps = LoadScenario("pool_active", {});
+    try {
+      for (const config::Assignment& step : given) Resolve({step}, &in_steps);
+    } catch (const ConfigError&) {  // such as a scene without tags
+      continue;
+    }
+    Scenario at_once = LoadScenario("pool_active", {});
+    Resolve(given, &at_once);
+    EXPECT_EQ(SaveScenario(at_once), SaveScenario(in_steps))
+        << fmt::format("{}", fmt::join(drawn, " "));
+    EXPECT_EQ(SaveScenario(LoadScenario("pool_active", drawn)), SaveScenario(in_steps));
+    ++compared;
+  }
+  EXPECT_GT(compared, 150);
+}
+
+TEST_F(OwnMarker, IsWhatIsGivenOverWhatIsTaken) {
+  const Scenario bundled = LoadScenario("pool_active", {});
+  const Scenario smaller = Load(three_, {});
+  const std::string own = "model=" + (folder_ / "scene.xml").string();
+  const auto load = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = {own};
+    all.insert(all.end(), more.begin(), more.end());
+    return LoadScenario("pool_active", all);
+  };
+  const Scenario one = load({"marker.balls[1].radius_m=0.021"});
+  EXPECT_EQ(one.marker.balls[1].name, "yellow");
+  EXPECT_EQ(one.marker.balls[1].radius_m, 0.021);
+  EXPECT_EQ(one.marker.balls[0].radius_m, 0.025);
+  const Scenario box = load({"marker.box_m=[0.11, 0.1, 0.09]"});
+  EXPECT_EQ(box.marker.box_m.x(), 0.11);
+  EXPECT_EQ(box.marker.balls.size(), 3u);
+  EXPECT_EQ(SaveScenario(load({"model=pool_active.xml"})), SaveScenario(bundled));
+  EXPECT_EQ(load({"marker_from_scene=false"}).marker.balls[1].name, bundled.marker.balls[1].name);
+  // A resolved scenario with a ball that was edited.
+  std::string text = SaveScenario(smaller);
+  const size_t at = text.find("radius_m: 0.025");
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at, 15, "radius_m: 0.022");
+  const std::string file = (folder_ / "resolved.yaml").string();
+  std::ofstream(file) << text;
+  EXPECT_EQ(LoadScenario(file, {}).marker.balls[0].radius_m, 0.022);
 }
 
 TEST(SceneTags, AreTakenAndMustBeThere) {

@@ -17,7 +17,10 @@
 #include <string>
 #include <vector>
 
+#include "experiments/config/yaml_fields.h"
+#include "experiments/report/table.h"
 #include "experiments/trial/record_columns.h"
+#include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
 #include "sim/base/check.h"
 
@@ -188,6 +191,23 @@ TEST(TrialRecord, TheTableOfKeysHasEachColumnOnce) {
       documented.insert(line.substr(begin + 1, line.find('|', begin + 1) - begin - 1));
   for (const Column& column : Columns())
     EXPECT_EQ(documented.count(" `" + std::string(column.name) + "` "), 1u) << column.name;
+}
+
+// "newton_m" is no number of metres: a unit of several words is shown whole, or not at all.
+TEST(Record, HasNoQuantityWithAPartOfItsUnit) {
+  std::set<std::string> names;
+  for (const Column& column : Columns()) names.insert(column.name);
+  for (const config::KeyDoc& doc : ScenarioKeys())
+    names.insert(doc.key.substr(doc.key.find_last_of('.') + 1));
+  const std::set<std::string> units = {"m", "s", "rad", "newton", "kg", "v", "w", "ml", "per"};
+  int compound = 0;
+  for (const std::string& name : names) {
+    const report::Quantity quantity = report::QuantityOf(name);
+    const std::string last = quantity.label.substr(quantity.label.find_last_of(' ') + 1);
+    compound += name.ends_with("rad_s") || name.ends_with("m3");
+    EXPECT_FALSE(!quantity.unit.empty() && units.contains(last)) << name << " in " << quantity.unit;
+  }
+  EXPECT_GT(compound, 5);
 }
 
 }  // namespace

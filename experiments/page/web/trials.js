@@ -39,8 +39,8 @@ export class Trials {
   }
 
   /**
-   * {won, all, share, low, high} of the rows that succeeded: the 95 % interval over the plan's strata, if it has any and
-   * the rows are whole cells, told apart by these keys only.
+   * {won, all, share, low, high} of the rows that succeeded: the 95 % interval over the plan's strata, if it has any
+   * and the rows are whole cells, told apart by these keys only.
    */
   rate(rows, keys) {
     const isWhole = this.get.stratum && keys.every(key => this.planned.has(key));

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import warnings
 from typing import TYPE_CHECKING, Any, Iterable, Mapping, Union
 
 from . import _core
@@ -23,10 +24,11 @@ Settings = Union[Mapping[str, Any], Iterable[str], None]
 
 
 def as_yaml(value: Any) -> str:
-    """A Python value as YAML in one line."""
+    """A Python value as YAML in one line. A text is itself, but one that begins as a list or a group is read as YAML."""
     if hasattr(value, "tolist"):
         value = value.tolist()
-    return value if isinstance(value, str) else json.dumps(value)
+    is_plain = isinstance(value, str) and re.fullmatch(r"[\[{].*|[-+.\w]*", value, re.DOTALL)
+    return value if is_plain else json.dumps(value, ensure_ascii=False)
 
 
 def assignments_of(settings: Settings) -> list[str]:
@@ -59,6 +61,11 @@ class Group:
 
     def __setitem__(self, key: str, value: Any) -> None:
         self._cpp.set([f"{self._path}{key}={as_yaml(value)}"])
+        self._warn()
+
+    def _warn(self) -> None:
+        for remark in self._cpp.remarks():
+            warnings.warn(remark, stacklevel=3)
 
     if not TYPE_CHECKING:  # which knows the keys, by _keys.pyi
 
@@ -103,6 +110,7 @@ class Scenario(Group, ScenarioKeys):
         assignments = choices + assignments_of(settings) + _seed(seed)
         self._take(_core.Scenario(os.fspath(name), assignments, os.fspath(gains),
                                   plugins_of(classes)), classes)
+        self._warn()
 
     def _take(self, core: _core.Scenario, classes: list[type]) -> None:
         super().__init__(core, "")

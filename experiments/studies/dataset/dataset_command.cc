@@ -23,6 +23,7 @@ int Make(const DatasetArguments& arguments) {
   const batch::Plan plan = arguments.plan.Load();
   command::Progress progress(arguments.quiet);
   progress.Say(fmt::format("{}: {} images", plan.title(), 2 * plan.trials()));
+  for (const std::string& remark : plan.remarks()) progress.Say("  " + remark);
   options.jobs = arguments.jobs.For(arguments.out,
                                     [&](const std::string& text) { progress.Say("  " + text); });
   options.on_progress = [&](int done, int of) { progress.ShowDone(done, of, "shards", 30); };

@@ -76,7 +76,7 @@ int UpdateBaseline(const GateArguments& arguments, const Gate& gate, system::Out
   system::WriteWhole(baseline, BaselineText(now));
   fs::remove(trials);
   for (const BaselineCondition& c : now.conditions)
-    progress.Say(fmt::format("{}: {} of {} succeed", c.name, c.successes, c.trials));
+    fmt::print("{}: {} of {} succeed\n", c.name, c.successes, c.trials);
   progress.Say("written to " + baseline + ", a line a trial: a diff shows what changed");
   return command::kExitDone;
 }
@@ -126,9 +126,9 @@ report::Json LinksOf(const GateArguments& arguments, const GateReport& report) {
 
 // The folder of --out, once the verdict is known.
 void WriteOut(const GateArguments& arguments, const Gate& gate, const GateRun& run,
-              const GateReport& report, const report::Report& shown, command::Progress* progress) {
+              const GateReport& report, const report::Report& shown, report::Json document,
+              command::Progress* progress) {
   const fs::path out(arguments.out);
-  report::Json document = report::Document(shown, report);
   document["links"] = LinksOf(arguments, report);
   system::WriteWhole(out / "summary.json", report::JsonText(document));
   system::WriteWhole(out / "junit.xml", Junit(report));
@@ -164,9 +164,15 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const Gate& gate,
   RunTrials(arguments, gate, &run, &progress);
   const GateReport report = run.Report();
   report::Report shown = ReportOf(report, beside);
-  if (!arguments.real.empty()) shown.sections.push_back(RealTrialSection(real, report));
-  command::PrintReport(shown, report, arguments.json);
-  if (!arguments.out.empty()) WriteOut(arguments, gate, run, report, shown, &progress);
+  report::Json result = report;
+  if (!arguments.real.empty()) {
+    const RealTrials trials = WithReal(real, report);
+    shown.sections.push_back(RealTrialSection(trials, report));
+    result["real"] = RealTrialJson(trials, report);
+  }
+  command::PrintReport(shown, result, arguments.json);
+  if (!arguments.out.empty())
+    WriteOut(arguments, gate, run, report, shown, report::Document(shown, result), &progress);
   if (report.verdict == statistics::Verdict::kPass) return command::kExitDone;
   return report.verdict == statistics::Verdict::kFail ? command::kExitCheckFailed
                                                       : command::kExitInconclusive;

@@ -45,6 +45,7 @@ std::vector<statistics::Count> LoadRealTrials(const std::string& file, const Gat
       throw ConfigError(fmt::format("{}:{}: {}", file, number, why));
     };
     if (number == 1) {
+      if (line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // as spreadsheets write
       if (line != "condition,success") fail("must begin with the columns condition,success");
       continue;
     }
@@ -63,31 +64,55 @@ std::vector<statistics::Count> LoadRealTrials(const std::string& file, const Gat
   return counts;
 }
 
-report::Section RealTrialSection(const std::vector<statistics::Count>& real,
-                                 const GateReport& report) {
+RealTrials WithReal(const std::vector<statistics::Count>& real, const GateReport& report) {
+  RealTrials trials{.real = real, .simulated = {}, .rate = {}};
   std::vector<statistics::RealAndSimulated> counts;
-  report::Table table({"<condition", "real successes", "simulated"});
   for (size_t i = 0; i < real.size(); ++i) {
     const ConditionReport& condition = report.conditions[i];
-    const statistics::Count simulated{condition.successes, condition.trials};
-    table.Row({condition.condition, Share(real[i]), Share(simulated)});
-    if (real[i].trials > 0 && simulated.trials > 0) counts.push_back({real[i], simulated});
+    trials.simulated.push_back({condition.successes, condition.trials});
+    if (real[i].trials > 0 && condition.trials > 0)
+      counts.push_back({real[i], trials.simulated.back()});
   }
-  if (counts.empty())
-    return {.title = "Real trials", .note = "None of a simulated condition.", .table = table};
-  const statistics::RealRate rate = statistics::PredictRealRate(counts);
-  const double p = statistics::RealDiffersP(counts);
-  return {.title = "Real trials",
-          .note = fmt::format(
-              "Real success rate over these conditions: {} % [{}, {}], 95 %, prediction-powered "
-              "(Angelopoulos et al., Science 382 (2023) 669): as sure as {:.1f} trials without the "
-              "simulator, which says {} %. {} (p = {}, exact).",
-              report::Digits(100 * rate.rate, 3), report::Digits(100 * rate.interval.low, 3),
-              report::Digits(100 * rate.interval.high, 3), rate.worth_trials,
-              report::Digits(100 * rate.simulated_rate, 3),
-              p < 0.05 ? "Simulator and reality differ" : "No difference of the two is shown",
-              report::PValue(p)),
-          .table = table};
+  if (counts.empty()) return trials;
+  trials.rate = statistics::PredictRealRate(counts);
+  trials.p = statistics::RealDiffersP(counts);
+  return trials;
+}
+
+report::Section RealTrialSection(const RealTrials& trials, const GateReport& report) {
+  report::Table table({"<condition", "real successes", "simulated"});
+  for (size_t i = 0; i < trials.real.size(); ++i)
+    table.Row({report.conditions[i].condition, Share(trials.real[i]), Share(trials.simulated[i])});
+  report::Section section{
+      .title = "Real trials", .note = "None of a simulated condition.", .table = table};
+  if (!trials.rate) return section;
+  const statistics::RealRate& rate = *trials.rate;
+  section.note = fmt::format(
+      "Real success rate over these conditions: {} % [{}, {}], 95 %, prediction-powered "
+      "(Angelopoulos et al., Science 382 (2023) 669): as sure as {:.1f} trials without the "
+      "simulator, which says {} %. {} (p = {}, exact).",
+      report::Digits(100 * rate.rate, 3), report::Digits(100 * rate.interval.low, 3),
+      report::Digits(100 * rate.interval.high, 3), rate.worth_trials,
+      report::Digits(100 * rate.simulated_rate, 3),
+      trials.p < 0.05 ? "Simulator and reality differ" : "No difference of the two is shown",
+      report::PValue(trials.p));
+  return section;
+}
+
+report::Json RealTrialJson(const RealTrials& trials, const GateReport& report) {
+  report::Json json = {{"conditions", report::Json::array()}};
+  for (size_t i = 0; i < trials.real.size(); ++i)
+    json["conditions"].push_back({{"condition", report.conditions[i].condition},
+                                  {"real_successes", trials.real[i].successes},
+                                  {"real_trials", trials.real[i].trials}});
+  if (const auto& rate = trials.rate)
+    json.update({{"rate", rate->rate},
+                 {"low", rate->interval.low},
+                 {"high", rate->interval.high},
+                 {"worth_trials", rate->worth_trials},
+                 {"simulated_rate", rate->simulated_rate},
+                 {"p", trials.p}});
+  return json;
 }
 
 }  // namespace turbidock::gate

@@ -163,7 +163,7 @@ std::vector<CellResult> Recognize(const batch::Plan& plan, const RecognitionOpti
         options.file, {.kind = "recognize",
                        .plan = plan.resolved() + "time: " + report::JsonLine(time) + "\n",
                        .build = system::BuildId(),
-                       .code = plan.plugins().Code(),
+                       .code = plan.code(),
                        .shard = {},
                        .keys = {}}));
   int done = 0;

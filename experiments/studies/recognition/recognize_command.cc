@@ -50,12 +50,17 @@ int Recognize(const RecognizeArguments& arguments) {
   command::Progress progress(arguments.quiet);
   progress.Say(
       fmt::format("{}: {} trials of {:g} s", plan.title(), plan.trials(), options.seconds));
+  for (const std::string& remark : plan.remarks()) progress.Say("  " + remark);
   options.jobs =
       arguments.jobs.For(options.file, [&](const std::string& text) { progress.Say("  " + text); });
   options.on_progress = [&](int done, int of) { progress.ShowDone(done, of, "trials", 30); };
-  options.stop_requested = command::CatchStopSignals();
+  if (!options.file.empty()) options.stop_requested = command::CatchStopSignals();
   const std::vector<CellResult> results = Recognize(plan, options);
-  if (command::StopSignal() != 0) return command::kExitDone;  // main makes the signal's code of it
+  if (command::StopSignal() != 0) {  // main makes the signal's code of it
+    progress.Say(fmt::format("stopped: the trials so far are in {}; the same command goes on",
+                             options.file));
+    return command::kExitDone;
+  }
 
   const report::Report report = ReportOf(results, tables);
   command::PrintReport(report, ResultJson(results, tables), arguments.json);

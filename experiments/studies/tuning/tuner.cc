@@ -69,7 +69,7 @@ batch::StoreHeader HeaderOf(const Study& study) {
   batch::StoreHeader header{.kind = "tune",
                             .plan = study.resolved(),
                             .build = system::BuildId(),
-                            .code = study.plan().plugins().Code(),
+                            .code = study.plan().code(),
                             .shard = {},
                             .trials = 0,
                             .keys = study.plan().keys()};

@@ -245,7 +245,7 @@ TEST_F(GateFiles, RealTrialsStandBesideTheSimulatedOnes) {
   EXPECT_EQ(real[1].trials, 1);
   EXPECT_EQ(real[1].successes, 0);
   const GateReport report = Judge(gate, Measure(gate, DocksAt(0.9)), DocksAt(0.9));
-  const report::Section section = RealTrialSection(real, report);
+  const report::Section section = RealTrialSection(WithReal(real, report), report);
   EXPECT_THAT(section.note, HasSubstr("Real success rate over these conditions: 66.7 % ["));
   EXPECT_EQ(section.table->rows()[0][1].text, "2 of 2");
 }

@@ -80,7 +80,7 @@ class GateProgram : public ::testing::Test {
 TEST_F(GateProgram, AHalvedGainIsCaughtAndAChangedCommentIsNot) {
   const ProgramEnd update = RunProgram({"gate", gate_, "--update", "--workers", "2"});
   ASSERT_EQ(update.exit_code, 0) << update.err;
-  EXPECT_THAT(update.err, HasSubstr("short: 9 of 9 succeed"));
+  EXPECT_THAT(update.out, HasSubstr("short: 9 of 9 succeed"));
 
   const std::string comment = ChangedBuild(
       "comment", [](const std::string& text) { return "# gains, as they were\n" + text; });
