@@ -3,10 +3,9 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
-#include <boost/algorithm/string/replace.hpp>
 #include <cstdint>
-#include <utility>
 
+#include "experiments/page/plain.h"
 #include "experiments/page/web_files.h"
 #include "experiments/report/plot.h"
 #include "sim/base/check.h"
@@ -14,20 +13,12 @@
 namespace turbidock::page {
 namespace {
 
-// Text as it may stand between tags and in attributes with double quotes.
-std::string EscapeHtml(std::string text) {
-  for (const auto& [from, to] :
-       {std::pair{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}})
-    boost::replace_all(text, from, to);
-  return text;
-}
-
-// The sheets, by name.
-std::string Style() {
-  std::string style = "<style>\n";
+// The files of a kind, one after the other.
+std::string FilesThatEndWith(std::string_view ending) {
+  std::string text;
   for (const WebFile& file : WebFiles())
-    if (file.name.ends_with(".css")) style += file.text;
-  return style + "</style>\n";
+    if (file.name.ends_with(ending)) text += file.text;
+  return text;
 }
 
 // An element that the browser does not read until a module asks for it.
@@ -40,30 +31,17 @@ std::string Packed(const std::string& name, std::string_view text) {
   return Data(name, "application/gzip", Gzip(text));
 }
 
-// Modules know each other as "page/NAME.js", wherever they are.
-std::string ImportMap() {
-  report::Json imports = report::Json::object();
-  for (const WebFile& file : WebFiles())
-    if (file.name.ends_with(".js"))
-      imports["page/" + std::string(file.name)] =
-          "data:text/javascript;base64," + Base64(file.text);
-  return "<script type=\"importmap\">" + report::Json{{"imports", imports}}.dump() + "</script>\n";
-}
-
-std::string Head(const report::Json& model, const std::string& style) {
+std::string Head(const report::Json& model) {
   return fmt::format(
       "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "{}\n"
       // no favicon is asked for
-      "<link rel=\"icon\" href=\"data:,\">\n<title>{}</title>\n{}</head>\n<body>\n"
-      "<noscript>This page draws itself: it needs JavaScript.</noscript>\n",
-      kPageFile.mark, EscapeHtml(model.value("title", "turbidock")), style);
+      "<link rel=\"icon\" "
+      "href=\"data:,\">\n<title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n{}",
+      kPageFile.mark, EscapeHtml(model.value("title", "turbidock")), FilesThatEndWith(".css"),
+      Plain(model));
 }
-
-constexpr const char* kStart =
-    "<script type=\"module\">import {start} from 'page/main.js'; start();</script>\n"
-    "</body>\n</html>\n";
 
 }  // namespace
 
@@ -102,7 +80,7 @@ std::string Base64(std::string_view bytes) {
 }
 
 std::string Html(const Page& page) {
-  std::string html = Head(page.model, Style() + ImportMap());
+  std::string html = Head(page.model);
   report::Json model = page.model;
   model["curves"] = report::kCurveColors;
   html += Packed("model", report::JsonLine(model));
@@ -112,7 +90,7 @@ std::string Html(const Page& page) {
   if (page.has_3d)
     for (const WebFile& library : Libraries())
       html += Packed(std::string(library.name), library.text);
-  return html + kStart;
+  return html + "<script>" + FilesThatEndWith(".js") + "</script>\n</body>\n</html>\n";
 }
 
 void WritePage(const std::string& path, const Page& page) { system::WriteWhole(path, Html(page)); }

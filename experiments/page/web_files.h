@@ -1,6 +1,6 @@
 #pragma once
-// The files that a page consists of: the modules and the style in web/, and three.js. They are part
-// of the program, so that it can write a page wherever it runs.
+// The files that a page consists of: the modules of web/ as one script, the style, and three.js.
+// They are part of the program, so that it can write a page wherever it runs.
 
 #include <array>
 #include <span>
@@ -13,7 +13,7 @@ struct WebFile {
   std::string_view text;
 };
 
-// Modules (.js) and style sheets (.css), by name.
+// page.js and the style sheets (.css), by name.
 std::span<const WebFile> WebFiles();
 
 // Libraries from Debian's packages: classic scripts that make one global each.

@@ -51,11 +51,10 @@ Response Answer(http::status status, std::string body, const char* type) {
   response.set("Cross-Origin-Opener-Policy", "same-origin");
   response.set("Cross-Origin-Resource-Policy", "same-origin");
   // The page has everything in it and talks to nobody but this server.
-  response.set(
-      "Content-Security-Policy",
-      "default-src 'none'; script-src 'unsafe-inline' data: blob:; style-src 'unsafe-inline'; "
-      "img-src data: blob:; media-src data: blob:; connect-src 'self'; "
-      "base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+  response.set("Content-Security-Policy",
+               "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+               "img-src data: blob:; media-src data: blob:; connect-src 'self'; "
+               "base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
   response.keep_alive(false);
   response.body() = std::move(body);
   response.prepare_payload();

@@ -119,8 +119,7 @@ void TakeBalls(const vehicle::Scene& scene, Scenario* scenario) {
     vision::CheckHues(marker, scenario->hue);
   } catch (const ConfigError& error) {
     throw ConfigError("ball_lights.balls",
-                      fmt::format("has no light for {}, which is known by its paint: {}; give one "
-                                  "in ball_lights.balls (optics sets them, too: after it)",
+                      fmt::format("has no light for {}, which is known by its paint: {}",
                                   fmt::join(unlit, ", "), error.problem()));
   }
 }

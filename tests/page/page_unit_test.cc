@@ -94,9 +94,33 @@ TEST(Page, TextInItIsNoMarkup) {
   EXPECT_THAT(html, Not(HasSubstr("alert(1)</script>")));
   EXPECT_THAT(html, Not(HasSubstr("<b>")));
   EXPECT_THAT(html, HasSubstr("&lt;/title&gt;&lt;script&gt;alert(1)"));
-  // the import map, the model, the part and the start: nothing else is a script
-  EXPECT_EQ(Count(html, "<script"), 4);
-  EXPECT_EQ(Count(html, "</script>"), 4);
+  // the model, the part and the page's own: nothing else is a script
+  EXPECT_EQ(Count(html, "<script"), 3);
+  EXPECT_EQ(Count(html, "</script>"), 3);
+}
+
+// Where no script may run, a page still says what it found.
+TEST(Page, SaysItsAnswerWithoutAScript) {
+  report::Table table({"<gain", "cost"});
+  table.Row({"<i>kp</i>", "3.5"});
+  const report::Report report{
+      .kind = "study",
+      .title = "a & b",
+      .verdict = {"better", report::Tone::kGood, "By 3 of 4."},
+      .facts = {{"trials", "40"}},
+      .sections = {{.title = "Gains", .note = "On one scale.", .table = table}}};
+  Page page = ReportPage(report::Document(report, Json::object()), "out");
+  std::string html = Html(page);
+  html = html.substr(html.find("<main id=\"plain\">"));
+  html.resize(html.find("</main>"));
+  for (const char* said :
+       {"<h1>a &amp; b</h1>", "<p>better</p>", "<p>By 3 of 4.</p>", "<p>trials: 40</p>",
+        "<h2>Gains</h2>", "<p>On one scale.</p>", "<tr><th>gain</th><th>cost</th></tr>",
+        "<tr><td>&lt;i&gt;kp&lt;/i&gt;</td><td>3.5</td></tr>", "The plots need JavaScript"})
+    EXPECT_THAT(html, HasSubstr(said));
+  const std::string of_a_trial = Html(
+      {.model = {{"title", "t"}, {"record", {{"outcome", "success"}, {"reason", "in the dock"}}}}});
+  EXPECT_THAT(of_a_trial, HasSubstr("<p>success</p>\n<p>in the dock</p>"));
 }
 
 TEST(Page, AsksForNothingElsewhere) {

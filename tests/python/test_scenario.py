@@ -34,9 +34,9 @@ def test_a_text_is_not_read_as_yaml():
 
 def test_a_preset_that_undoes_what_was_given_warns():
     s = turbidock.Scenario("pool_active")
-    s.navigation.position_walk_m = 3.5
+    s.navigation.position_walk_m = 0.35
     with pytest.warns(UserWarning, match="also sets what was given before: navigation.position_walk_m"):
-        s.navigation.preset = "dvl"
+        s.navigation.preset = "usbl"
     with pytest.warns(UserWarning, match="navigation.preset = usbl also sets"):
         turbidock.Scenario("approach_5m", settings={"navigation.preset": "usbl"})
 

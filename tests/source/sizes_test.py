@@ -78,15 +78,15 @@ def functions():
             for name, first, lines in functions_of(path)]
 
 
-def dead_scripts(scripts, others):
-    """What no module imports: of {name: text} modules and exports. `others`: texts that name modules by their kind."""
+def dead_scripts(scripts):
+    """What no module imports: of {name: text} modules and exports. `main` is where they begin."""
     text = '\n'.join(scripts.values())
     imported = {name for names in re.findall(r'import \{([^}]*)\}', text) for name in re.findall(r'\w+', names)}
     for name, script in scripts.items():
-        if f'page/{name}.js' not in text + others and f'"{name}"' not in others:
+        if f'page/{name}.js' not in text and name != 'main':
             yield f'{name}.js'
         for export in re.findall(r'^export (?:async )?(?:function|class|const|let) (\w+)', script, re.M):
-            if export not in imported and export not in ('show', 'start'):
+            if export not in imported and export != 'show':
                 yield f'{name}.js: {export}'
 
 
@@ -101,8 +101,7 @@ class Sizes(unittest.TestCase):
     def test_every_script_of_the_page_is_used(self):
         page = ROOT / 'experiments/page'
         scripts = {path.stem: path.read_text() for path in (page / 'web').glob('*.js')}
-        others = '\n'.join(path.read_text() for path in (ROOT / 'experiments').rglob('*.cc'))
-        self.assertEqual(list(dead_scripts(scripts, others)), [])
+        self.assertEqual(list(dead_scripts(scripts)), [])
 
 
 class Reading(unittest.TestCase):
@@ -127,8 +126,8 @@ class Reading(unittest.TestCase):
 
     def test_scripts(self):
         scripts = {'main': "import {used} from 'page/parts.js';", 'parts': 'export function used() {\nexport const lost = 1;',
-                   'kind': '', 'gone': ''}
-        self.assertEqual(list(dead_scripts(scripts, '"page/main.js", "kind"')), ['parts.js: lost', 'gone.js'])
+                   'gone': ''}
+        self.assertEqual(list(dead_scripts(scripts)), ['parts.js: lost', 'gone.js'])
 
 
 if __name__ == '__main__':

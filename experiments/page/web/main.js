@@ -1,13 +1,20 @@
 // Begins with what the document brings along: its model's kind names the module that shows it.
 
+import * as batch from 'page/batch.js';
+import * as live from 'page/live.js';
+import * as report from 'page/report.js';
+import * as trial from 'page/trial.js';
 import {h, button, fill} from 'page/dom.js';
 import {load} from 'page/data.js';
 import {words} from 'page/format.js';
 import {setCurves, startTheme} from 'page/theme.js';
 
-export async function start() {
+const kKinds = {batch, live, report, trial};
+
+async function start() {
   startTheme();
   const model = await load('model');
+  document.getElementById('plain').remove();
   setCurves(model.curves);
   const main = h('main', {id: 'main'});
   const news = h('span', {class: 'news', role: 'status'});
@@ -23,8 +30,7 @@ export async function start() {
     main,
   );
   try {
-    const module = await import(`page/${model.kind}.js`);
-    globalThis.turbidock = await module.show(main, model);
+    globalThis.turbidock = await kKinds[model.kind].show(main, model);
   } catch (error) {
     const text = `This page cannot be drawn: ${error.message}`;
     main.append(h('p', {class: 'missing', role: 'alert'}, text));
@@ -54,3 +60,5 @@ function keepFresh(news, every_s) {
     if (news.firstChild !== again) fill(news, again);
   }, 1000 * every_s);
 }
+
+start();

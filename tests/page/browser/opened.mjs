@@ -18,6 +18,9 @@ before(async () => {
 });
 after(() => browser?.close());
 
+/** An empty page in a context of its own. */
+export const newPage = async options => (await browser.newContext(options)).newPage();
+
 /** Opens a report; returns the page with what it complained about and asked for. */
 export async function open(name, width, options = {}) {
   const file = path.join(folder, `${name}.html`);
