@@ -58,6 +58,7 @@ int Batch(const BatchArguments& arguments) {
       .Require();
   command::Progress progress(arguments.quiet);
   batch::RunOptions options;
+  options.stop_requested = command::CatchStopSignals();
   options.jobs = arguments.jobs.For(arguments.out,
                                     [&](const std::string& text) { progress.Say("  " + text); });
   batch::ResultStore store =
@@ -69,7 +70,6 @@ int Batch(const BatchArguments& arguments) {
   for (const std::string& remark : plan.remarks()) progress.Say("  " + remark);
   if (const auto done = std::ssize(store.Done()); done > 0)
     progress.Say(fmt::format("  {} of them are in {} already", done, arguments.out));
-  options.stop_requested = command::CatchStopSignals();
   const auto on_progress = [&](const batch::BatchProgress& now) {
     progress.ShowDone(now.done, now.total, now.most, Words(now), kLogEvery_s);
   };

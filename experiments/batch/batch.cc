@@ -173,7 +173,7 @@ ResultStore OpenResults(const std::string& file, const Plan& plan, const Shard& 
                     fmt::join(header.keys, ", ")),
         "");
   Renderers renderers(jobs);
-  bool is_same = differences.empty();
+  bool is_same = differences.empty() && store.header().plan == header.plan;
   if (is_same)
     store.ForEachRenderer([&](const std::string& drawn, int64_t trial) {
       const view::GlBackend asked = plan.ScenarioOf(plan.Trial(trial)).renderer;

@@ -12,7 +12,6 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
-#include "experiments/report/table.h"
 #include "experiments/statistics/intervals.h"
 #include "experiments/statistics/sampling.h"
 #include "experiments/system/output_path.h"
@@ -79,8 +78,16 @@ config::YamlNode InItsFolder(config::YamlNode plan) {
 
 bool Parameter::operator==(const Parameter& other) const {
   if (key != other.key || value == other.value) return key == other.key;
-  const std::optional<double> number = report::NumberIn(value);
-  return number && number == report::NumberIn(other.value);
+  return CanonicalValue(*this) == CanonicalValue(other);
+}
+
+std::string CanonicalValue(const Parameter& parameter) {
+  try {
+    return config::ParseYamlValue(parameter.value, {nullptr, config::kFromSet, parameter.key})
+        .Canonical();
+  } catch (const ConfigError&) {  // the name of a case
+    return parameter.value;
+  }
 }
 
 Plan::Plan(const std::string& text, const std::string& file, const PlanOverrides& overrides)
@@ -125,6 +132,7 @@ Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
   if (const auto random = plan.Find("random")) ReadRandom(*random);
   CountTrials(overrides.seeds ? "--seeds" : file + ": seeds");
   LoadScenarios(plan);
+  presets_ = config::PresetsOf(scenarios_.begin()->second);
   CheckTrials(file);
   if (const auto files = plan.Find("model_files")) RequireSameFiles(*files);
   trials_ = Resolve(plan);
@@ -177,9 +185,7 @@ void Plan::ReadGrid(const config::YamlNode& node) {
       given_.RequireNew(key, value);
       std::string text = value.OneLine();
       if (key == kScenarioKey) text = value.Text().value_or(text);
-      const std::optional<double> number = report::NumberIn(text);
-      if (!seen.insert(number ? FormatNumber(*number) : text).second)
-        value.Fail("'" + text + "' is given twice");
+      if (!seen.insert(value.Canonical()).second) value.Fail("'" + text + "' is given twice");
       axis.values.push_back(text);
       axis.nodes.push_back(value);
     }
@@ -348,6 +354,14 @@ std::vector<config::Assignment> Plan::AssignmentsOf(
           {p.key, config::ParseYamlValue(p.value, distributions_.at(static_cast<size_t>(drawn)))});
     }
   }
+  const auto rank = [this](const config::Assignment& given) {
+    return std::ranges::find_if(presets_,
+                                [&given](const std::string& preset) {
+                                  return preset == given.key || preset.starts_with(given.key + ".");
+                                }) -
+           presets_.begin();
+  };
+  std::ranges::stable_sort(values, {}, rank);
   return values;
 }
 

@@ -87,8 +87,10 @@ struct Parameter {
   std::string key, value;
 
   std::string Assignment() const { return key + "=" + value; }
-  bool operator==(const Parameter& other) const;  // however a number is written
+  bool operator==(const Parameter& other) const;  // however the value is written
 };
+// The same for every spelling of a parameter's value.
+std::string CanonicalValue(const Parameter& parameter);
 
 // Keys that change together. In the grid it is a value of the key `case`, of a stratum one of the
 // key `stratum`.
@@ -188,6 +190,7 @@ class Plan {
   void AddFiles(trial::Scenario scenario);
   void RequireSameFiles(const config::YamlNode& before) const;
   void CheckTrials(const std::string& file);
+  // Presets come first, as in a file: what else a trial is named by is what it has.
   std::vector<config::Assignment> AssignmentsOf(const std::vector<Parameter>& parameters) const;
   double DrawOf(const RandomKey& random, const std::string& cell, int64_t sample) const;
   std::string Resolve(const config::YamlNode& plan) const;
@@ -203,7 +206,7 @@ class Plan {
   std::vector<Case> cases_, strata_;
   std::vector<RandomKey> random_;
   std::vector<config::YamlNode> distributions_;  // of each of those
-  std::vector<std::string> keys_;
+  std::vector<std::string> keys_, presets_;
   VariedKeys given_;
   int64_t cells_ = 1, samples_ = 1;                   // samples: trials of a cell, at most
   std::vector<config::Assignment> set_;               // in every trial

@@ -42,7 +42,7 @@ std::string CommonDifference(const config::YamlNode& before, const config::YamlN
   const auto was = before.Find(key), is = now.Find(key);
   if (!was || !is || !was->IsMap() || !is->IsMap()) return "";
   for (const auto& [name, value] : was->Entries())
-    if (const auto other = is->Find(name)) {
+    if (const auto other = is->Find(name); other && other->Canonical() != value.Canonical()) {
       const bool is_text = value.Text() && other->Text();
       const std::string difference = FirstDifference(is_text ? *value.Text() : value.OneLine(),
                                                      is_text ? *other->Text() : other->OneLine());
@@ -75,7 +75,18 @@ std::string WithFolder(const std::string& plan, const std::string& line) {
          plan.substr(std::min(plan.size(), plan.find('\n', begin + 1)));
 }
 
-std::string WithoutFolder(const std::string& plan) { return WithFolder(plan, ""); }
+// What decides no trial is left out.
+std::string Deciding(const std::string& plan) {
+  try {
+    std::string text;
+    const config::YamlNode node = config::ParseYaml(plan, "plan");
+    for (const auto& [key, value] : node.Entries())
+      if (key != kFolderKey && key != "description") text += key + ": " + value.Canonical() + "\n";
+    return text;
+  } catch (const ConfigError&) {  // no plan
+    return plan;
+  }
+}
 
 }  // namespace
 
@@ -116,9 +127,8 @@ std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b)
     differences.push_back("one was written by " + a.kind + ", the other by " + b.kind);
   if (const std::string change = ChangeOf(a, b); !change.empty())
     differences.push_back(change);
-  else if (WithoutFolder(a.plan) != WithoutFolder(b.plan))
-    differences.push_back("the plans differ: " +
-                          FirstDifference(WithoutFolder(a.plan), WithoutFolder(b.plan)));
+  else if (Deciding(a.plan) != Deciding(b.plan))
+    differences.push_back("the plans differ: " + FirstDifference(a.plan, b.plan));
   else if (a.trials != b.trials)
     differences.push_back(fmt::format("{} trials then, {} now", a.trials, b.trials));
   return differences;

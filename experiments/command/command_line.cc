@@ -293,4 +293,12 @@ std::optional<int> CommandLine::Run() const {
   return chosen_();
 }
 
+void SetSeed(const std::string& seed, std::vector<std::string>* assignments) {
+  if (seed.empty()) return;
+  for (const std::string& given : *assignments)
+    if (given.starts_with("seed="))
+      throw ConfigError("--seed " + seed + " and --set " + given + ": give one of them");
+  assignments->push_back("seed=" + seed);
+}
+
 }  // namespace turbidock::command

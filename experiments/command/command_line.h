@@ -68,7 +68,7 @@ class Subcommand {
   // Options that many subcommands have.
   Option AddSet(std::vector<std::string>& assignments, const std::string& doc);
   Option AddGains(std::string& file);
-  Option AddSeed(std::string& seed);  // a whole number, as written
+  Option AddSeed(std::string& seed);  // a whole number, as written; see SetSeed
   Option AddWorkers(int& workers, const std::string& doc);
   // --figure: a file that can be one, on a machine that can draw (both asked while the line is
   // read). `doc` says what is drawn.
@@ -122,5 +122,8 @@ std::string ExamplesOf(const std::string& command);
 // What took the place of a command or an option on the line that is gone, as a sentence; empty
 // where there is none: all that this program does for whoever knew it before.
 std::string ReplacedOn(int argc, const char* const* argv);
+
+// Adds what --seed gives to what --set does. ConfigError where both give it.
+void SetSeed(const std::string& seed, std::vector<std::string>* assignments);
 
 }  // namespace turbidock::command

@@ -1,10 +1,12 @@
 #include "experiments/config/yaml_node.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <map>
 #include <sstream>
 
@@ -263,6 +265,31 @@ std::string YamlNode::OneLine() const {
   std::replace(text.begin(), text.end(), '\n', ' ');
   // in front of an empty group stands a space
   return text.starts_with(' ') ? text.substr(1) : text;
+}
+
+std::string YamlNode::Canonical() const {
+  std::vector<std::string> parts;
+  if (IsMap()) {
+    for (const auto& [key, value] : Entries()) parts.push_back(key + ": " + value.Canonical());
+    std::ranges::sort(parts);
+    return fmt::format("{{{}}}", fmt::join(parts, ", "));
+  }
+  if (IsList()) {
+    for (const YamlNode& element : Elements()) parts.push_back(element.Canonical());
+    return fmt::format("[{}]", fmt::join(parts, ", "));
+  }
+  const std::string& text = tree->text;
+  if (!tree->plain) return OneLine();
+  const char *const begin = text.data(), *const end = begin + text.size();
+  int64_t whole = 0;
+  if (const auto [stop, error] = std::from_chars(begin, end, whole);
+      error == std::errc{} && stop == end)
+    return std::to_string(whole);
+  double number = 0;
+  if (const auto [stop, error] = std::from_chars(begin, end, number);
+      error == std::errc{} && stop == end && std::isfinite(number))
+    return FormatNumber(number);
+  return OneLine();
 }
 
 std::string YamlNode::Where() const {

@@ -53,6 +53,8 @@ struct YamlNode {
   // The value as YAML in one line, as it may stand in a list; the same for any comments and line
   // breaks.
   std::string OneLine() const;
+  // The same for every spelling of a value: of numbers, spaces, and the order of keys.
+  std::string Canonical() const;
   // "FILE:LINE: ", the beginning of a message about this node; and ConfigError with all of it.
   std::string Where() const;
   [[noreturn]] void Fail(const std::string& problem) const;

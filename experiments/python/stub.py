@@ -35,7 +35,7 @@ def main(module, file):
         group, _, name = key.rpartition(".")
         kind = type_of(key, words)
         if words == "list of groups":
-            groups[key + "[]"], kind = [], f"list[{class_of(key)}]"
+            groups[key + "[]"], kind = [], f"tuple[{class_of(key)}, ...]"
         elif words == "group of keys":
             groups[key], kind = [], class_of(key)
         groups[group].append((name, kind, ", ".join(filter(None, (words, allowed, doc)))))

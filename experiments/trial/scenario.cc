@@ -53,6 +53,20 @@ std::string VehicleDataFile(const std::string& vehicle_model) {
   return data.string();
 }
 
+// A scene that includes a vehicle.xml of its own would fly with the bundled one's data.
+void RequireNoOtherVehicle(const Scenario& scenario) {
+  const InputFile standard = Scenario().vehicle_model;
+  if (config::IsBundledModel(scenario.model) || scenario.vehicle_model.path != standard.path)
+    return;
+  const fs::path own = fs::path(scenario.model.path).parent_path() / standard.path,
+                 data = fs::path(own).replace_extension(".yaml");
+  if (IsFile(own) && IsFile(data) &&
+      system::ReadWhole(data) != system::ReadWhole(DataBeside(standard)))
+    throw ConfigError("vehicle_model",
+                      scenario.model.path + " has a " + standard.path +
+                          " beside it with data of its own: say vehicle_model: ./" + standard.path);
+}
+
 // Faults of the same light multiply: however they flicker, it stays as bright as its keys allow.
 void CheckBrightness(const std::vector<light::LightFault>& faults,
                      const light::BallLightParams& balls, const std::string& path) {
@@ -295,6 +309,7 @@ vehicle::SceneFiles SceneFilesOf(const Scenario& scenario) {
       if (bundled.path().extension() == ".xml" && !IsFile(folder / bundled.path().filename()))
         files.shared[bundled.path().filename()] = bundled.path();
   }
+  RequireNoOtherVehicle(scenario);
   const auto take_for = [&](const std::string& key, const std::string& part,
                             const std::string& model) {
     if (model == part) return;
@@ -314,8 +329,9 @@ std::vector<ModelFile> ModelFilesOf(const Scenario& scenario) {
   const std::string bundled = config::ModelPath("");
   std::map<std::string, std::string> contents = vehicle::ContentsOf(SceneFilesOf(scenario));
   for (const std::string& named : config::FilesNamedIn(scenario))
-    if (const std::string path = PathOfModel(named); !contents.contains(path))
-      contents[path] = DigestOf(system::ReadWhole(path));
+    // a bundled one that is not there is not read
+    if (!contents.contains(named) && !config::IsBundledModel(named))
+      contents[named] = DigestOf(system::ReadWhole(named));
   // A resolved scenario has its values, and may be where it is not.
   if (const fs::path data = DataBeside(scenario.vehicle_model); IsFile(data))
     contents[data] = DigestOf(system::ReadWhole(data));
@@ -341,7 +357,10 @@ std::string SaveScenario(const Scenario& scenario) { return config::SaveYaml(sce
 
 std::string SaveResolved(Scenario scenario, const std::vector<ModelFile>& model_files) {
   scenario.model_files = model_files;
-  return SaveScenario(scenario);
+  return "# All that decided a trial. A preset (vehicle_model, optics, ...) has done its work: "
+         "what it stands\n"
+         "# for follows here. Change it by --set.\n" +
+         SaveScenario(scenario);
 }
 
 std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins) {

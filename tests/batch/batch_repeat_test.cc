@@ -226,6 +226,28 @@ TEST_F(Batch, IsNotResumedWithOtherSeriesOrOtherLimits) {
   EXPECT_THAT(Rows("hung.db"), Not(HasSubstr("hung")));
 }
 
+// However its values are written, a plan is the same.
+TEST_F(Batch, GoesOnWithOtherSpellings) {
+  const auto write = [&](const std::string& description, const std::string& current) {
+    std::ofstream(plan_) << "schema_version: 1\ndescription: " + description +
+                                "\nscenario: sea_night_active\nseeds: 2\n"
+                                "set: {pose_source: true_pose, duration_s: 0.1}\n"
+                                "grid: {sea.current.surface_velocity_mps: " +
+                                current + "}\nrandom: {start.lateral_m: {uniform: [0, 0.1]}}\n";
+  };
+  write("a", "[[0, 0.1, 0], [0, 0.2, 0]]");
+  RunBatch("a.db");
+  const std::string rows = Rows("a.db");
+  RunBatch("1.db", {"--shard", "1/2"});
+  write("b", "[[0.0, 0.10, 0], [0,2e-1,0]]");
+  RunBatch("a.db");
+  EXPECT_EQ(Rows("a.db"), rows);
+  RunBatch("2.db", {"--shard", "2/2"});
+  Run({"merge", "--complete", File("all.db"), File("1.db"), File("2.db")});
+  write("b", "[[0, 0.1, 0], [0, 0.10, 0.0]]");
+  EXPECT_THAT(RunBatch("b.db", {}, 2), HasSubstr("is given twice"));
+}
+
 // A file of the user's that a bundled one's place is taken by.
 TEST_F(Batch, NamesAFileThatHasTakenAnothersPlace) {
   const std::string models = TURBIDOCK_TEST_DATA "/../../models/";
@@ -240,12 +262,17 @@ TEST_F(Batch, NamesAFileThatHasTakenAnothersPlace) {
 
 TEST_F(Batch, StopsOnASignalAndGoesOn) {
   for (const auto& [signal, code] : {std::pair(SIGINT, 130), {SIGTERM, 143}}) {
-    const pid_t pid =
-        StartProgram({"batch", plan_, "--out", File("a.db"), "--set", "duration_s=50"});
-    while (!fs::exists(File("a.db"))) std::this_thread::yield();
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    kill(pid, signal);
+    fs::remove(File("err"));
+    const pid_t pid = StartProgram(
+        {"batch", plan_, "--out", File("a.db"), "--set", "duration_s=50"}, File("err"));
     int status = 0;
+    const auto is_at_work = [&] {
+      std::ifstream said(File("err"));
+      return std::string(std::istreambuf_iterator<char>(said), {}).find("plan ") !=
+             std::string::npos;
+    };
+    while (!is_at_work()) ASSERT_EQ(waitpid(pid, &status, WNOHANG), 0);
+    kill(pid, signal);
     ASSERT_EQ(waitpid(pid, &status, 0), pid);
     EXPECT_TRUE(WIFEXITED(status));
     EXPECT_EQ(WEXITSTATUS(status), code);

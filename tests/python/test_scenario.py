@@ -50,6 +50,20 @@ def test_lists_of_groups_index_and_iterate():
         _ = s["marker.balls[7]"]
 
 
+def test_a_list_of_groups_does_not_grow_unseen():
+    s = turbidock.Scenario("sea_night_active")
+    with pytest.raises(AttributeError):
+        s.sea.waves.append({"height_m": 0.5})
+    s.sea.waves = [{"height_m": 0.5}]
+    s.sea.waves[0].height_m = 0.4
+    assert [wave.height_m for wave in s.sea.waves] == [0.4]
+
+
+def test_a_seed_is_given_once():
+    with pytest.raises(turbidock.ConfigError, match="seed: is given by itself and in settings"):
+        turbidock.Scenario("pool_active", seed=4, settings={"seed": 3})
+
+
 def test_keys_are_listed_and_shown():
     s = turbidock.Scenario("pool_active", settings={"water.milk_ml_m3": 7})
     assert {"water", "duration_s", "copy"} <= set(dir(s))

@@ -115,10 +115,19 @@ class KeyPlaces : public ::testing::TestWithParam<const char*> {
 
   // The scenario that follows from these of the values.
   trial::Scenario Expected(const Places& places, size_t value) const {
-    Texts given = Set(places);
-    for (const std::string& each : Case(places)) given.push_back(each);
+    Texts trial = Case(places);
     for (const Keys* keys : {&places.grid, &places.random, &places.gains})
-      for (const KeyCase* of : *keys) given.push_back(of->key + "=" + of->values[At(*of, value)]);
+      for (const KeyCase* of : *keys) trial.push_back(of->key + "=" + of->values[At(*of, value)]);
+    // Presets come first among the values of a trial.
+    static const Texts presets = config::PresetsOf(trial::Scenario());
+    std::ranges::stable_sort(trial, {}, [](const std::string& each) {
+      const auto is_it = [key = each.substr(0, each.find('='))](const std::string& preset) {
+        return preset == key || preset.starts_with(key + ".");
+      };
+      return std::ranges::find_if(presets, is_it) - presets.begin();
+    });
+    Texts given = Set(places);
+    given.insert(given.end(), trial.begin(), trial.end());
     return trial::LoadScenario(base_, given);
   }
 

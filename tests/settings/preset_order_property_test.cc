@@ -62,6 +62,26 @@ struct Order {
     EXPECT_EQ(plan.remarks(), remarks);
   }
 
+  // Whatever names a trial is what it has: presets come first among the values of a plan's trials.
+  void TogetherInATrial(const trial::Scenario& key_last) const {
+    const auto split = [](const std::string& assignment) {
+      const size_t equals = assignment.find('=');
+      return assignment.substr(0, equals) + "=[" + assignment.substr(equals + 1) + "]";
+    };
+    const std::string begin = "schema_version: 1\nscenario: " + base + "\n";
+    for (const auto& [first, second] : {std::pair{key, preset}, {preset, key}})
+      for (const std::string& values :
+           {testing::YamlBlock("", "grid", {split(first), split(second)}),
+            "cases:\n" + testing::YamlBlock("  ", "one", {first, second}),
+            "cases:\n" + testing::YamlBlock("  ", "one", {first}) +
+                testing::YamlBlock("", "grid", {split(second)})}) {
+        const batch::Plan plan(begin + values, "plan.yaml");
+        trial::Scenario made = plan.ScenarioOf(plan.Trial(0));
+        made.seed = key_last.seed;
+        EXPECT_EQ(DifferenceOf(made, key_last), "") << values;
+      }
+  }
+
   batch::Plan PlanOf(const std::string& set, const std::string& grid) const {
     const size_t equals = grid.find('=');
     return batch::Plan(
@@ -112,6 +132,7 @@ TEST_P(PresetOrder, WhatIsGivenLaterCounts) {
         const Order order{base, assignment, of->key + "=" + of->values[other]};
         order.PresetLast(after);
         order.KeyLast(*of, other);
+        order.TogetherInATrial(trial::LoadScenario(base, {assignment, order.key}));
         tried.insert(of->key);
       }
     }

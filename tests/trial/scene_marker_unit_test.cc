@@ -161,6 +161,28 @@ TEST_F(OwnMarker, IsWhatIsGivenOverWhatIsTaken) {
   EXPECT_EQ(LoadScenario(file, {}).marker.balls[0].radius_m, 0.022);
 }
 
+// An own scene with an own vehicle and its data beside it does not fly with the bundled data.
+TEST_F(OwnMarker, AndItsVehicleHaveTheirOwnData) {
+  const std::string own = "model=" + (folder_ / "scene.xml").string();
+  Load(three_);
+  fs::copy_file(config::ModelPath("vehicle.xml"), folder_ / "vehicle.xml");
+  EXPECT_EQ(MessageOf([&] { LoadScenario("pool_active", {own}); }), "no error");
+  std::ifstream bundled(config::ModelPath("vehicle.yaml"));
+  std::ostringstream data;
+  data << bundled.rdbuf();
+  std::ofstream(folder_ / "vehicle.yaml") << data.str();
+  EXPECT_EQ(MessageOf([&] { LoadScenario("pool_active", {own}); }), "no error");
+  std::ofstream(folder_ / "vehicle.yaml", std::ios::app) << "# my own\n";
+  EXPECT_THAT(
+      MessageOf([&] { LoadScenario("pool_active", {own}); }),
+      HasSubstr(
+          "has a vehicle.xml beside it with data of its own: say vehicle_model: ./vehicle.xml"));
+  const Scenario named =
+      LoadScenario("pool_active", {own, "vehicle_model=" + (folder_ / "vehicle.xml").string()});
+  for (const ModelFile& file : ModelFilesOf(named))
+    EXPECT_TRUE(file.file != "vehicle.xml" && file.file != "vehicle.yaml") << file.file;
+}
+
 TEST(SceneTags, AreTakenAndMustBeThere) {
   const std::vector<std::string> reads = {"pose_estimator=fiducial", "duration_s=0.03"};
   EXPECT_THAT(MessageOf([&] { LoadScenario("sea_night_passive", reads); }),

@@ -97,6 +97,8 @@ class DockingEnv(gymnasium.Env):
             raise ValueError(f"render_mode: {render_mode!r} must be None or 'rgb_array'")
         self.render_mode = render_mode
         self._frames_per_action = frames_per_action
+        if "seed" in {*(settings or {}), *(random or {})}:
+            raise ValueError("seed: reset(seed=...) gives the episodes theirs")
         self._scenario = Scenario(scenario, settings=settings)
         self._random = {key: as_yaml(value) for key, value in (random or {}).items()}
         self._draw(0, {})  # mistakes are best told here

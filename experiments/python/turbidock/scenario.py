@@ -56,7 +56,7 @@ class Group:
     def __getitem__(self, key: str) -> Any:
         found, path = self._found(key), self._path + key
         if isinstance(found, list):
-            return [Group(self._cpp, f"{path}.{i}.") for i in range(len(found))]
+            return tuple(Group(self._cpp, f"{path}.{i}.") for i in range(len(found)))
         return Group(self._cpp, path + ".") if isinstance(found, dict) else found
 
     def __setitem__(self, key: str, value: Any) -> None:
@@ -107,7 +107,7 @@ class Scenario(Group, ScenarioKeys):
                  settings: Settings = None, gains: Path = "", controller: type | str | None = None,
                  estimator: type | str | None = None, plugins: Iterable[type] = ()) -> None:
         classes, choices = chosen(controller, estimator, plugins)
-        assignments = choices + assignments_of(settings) + _seed(seed)
+        assignments = choices + _with_seed(seed, settings)
         self._take(_core.Scenario(os.fspath(name), assignments, os.fspath(gains),
                                   plugins_of(classes)), classes)
         self._warn()
@@ -154,12 +154,17 @@ def scenario_of(scenario: Scenario | Path, *, seed: int | None = None, settings:
     if gains or any(choices.values()):
         raise TypeError("give controller, estimator, plugins and gains to the Scenario")
     made = scenario.copy()
-    made._cpp.set(assignments_of(settings) + _seed(seed))
+    made._cpp.set(_with_seed(seed, settings))
     return made
 
 
-def _seed(seed: int | None) -> list[str]:
-    return [] if seed is None else [f"seed={seed}"]
+def _with_seed(seed: int | None, settings: Settings) -> list[str]:
+    assignments = assignments_of(settings)
+    if seed is None:
+        return assignments
+    if any(given.startswith("seed=") for given in assignments):
+        raise _core.ConfigError("seed: is given by itself and in settings: give one of them")
+    return [*assignments, f"seed={seed}"]
 
 
 def keys(plugins: Iterable[type] = ()) -> pandas.DataFrame:

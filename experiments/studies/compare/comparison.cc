@@ -56,7 +56,9 @@ std::map<Key, batch::StoredTrial> ByKey(const batch::ResultStore& store,
     if (!trial.record.ended()) continue;
     std::erase_if(trial.parameters, [&](const batch::Parameter& p) { return !Has(keys, p.key); });
     std::ranges::sort(trial.parameters, {}, &batch::Parameter::key);
-    const Key key{Text(trial.parameters), trial.record.seed};
+    std::vector<batch::Parameter> canonical = trial.parameters;
+    for (batch::Parameter& parameter : canonical) parameter.value = CanonicalValue(parameter);
+    const Key key{Text(canonical), trial.record.seed};
     if (!trials.emplace(key, std::move(trial)).second)
       throw ConfigError(fmt::format(
           "{}: several trials have the seed {}{}: they differ in what the other set does "

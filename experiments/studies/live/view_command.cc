@@ -56,7 +56,7 @@ page::Page PageOf(const std::string& what, const trial::Plugins& plugins) {
 void ViewScenario(const ViewArguments& arguments, const ServeOptions& served) {
   command::Progress progress(arguments.quiet);
   std::vector<std::string> assignments = arguments.assignments;
-  if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
+  command::SetSeed(arguments.seed, &assignments);
   const trial::Scenario scenario =
       trial::LoadScenario(arguments.what, assignments, arguments.gains, arguments.plugins);
   if (arguments.out)

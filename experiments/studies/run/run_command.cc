@@ -22,7 +22,7 @@ struct RunArguments {
 
 int Run(const RunArguments& arguments) {
   std::vector<std::string> assignments = arguments.assignments;
-  if (!arguments.seed.empty()) assignments.push_back("seed=" + arguments.seed);
+  command::SetSeed(arguments.seed, &assignments);
   const trial::Scenario scenario =
       trial::LoadScenario(arguments.scenario, assignments, arguments.gains, arguments.plugins);
   ShownTrialOptions shown = arguments.shown;

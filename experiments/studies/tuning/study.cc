@@ -85,9 +85,10 @@ void Study::ReadObjective(const config::YamlNode& terms) {
   for (const config::YamlNode& term : terms.Elements()) {
     const std::string& name = settings_.objective[objective_.size()].metric;
     const auto found = std::ranges::find(trial::Metrics(), name, &trial::Metric::name);
-    if (found == trial::Metrics().end())
-      term.Find("metric").value_or(term).Fail("'" + name + "' is produced by no trial" +
-                                              config::DidYouMean(name, names));
+    if (found == trial::Metrics().end()) {
+      const config::YamlNode at = term.Find("metric").value_or(term);
+      at.Fail("'" + name + "' is produced by no trial" + config::DidYouMean(name, names));
+    }
     objective_.push_back(*found);
   }
 }
