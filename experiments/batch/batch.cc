@@ -150,7 +150,7 @@ Kept KeptOf(const ResultStore& store, const Plan& plan, const StoreHeader& heade
       kept.numbers.push_back({.before = trial.trial, .trial = *number, .cell = spec.cell});
     else if (kept.changed.empty())
       kept.changed = LabelOf(trial) + ": " +
-                     (draws != drawn ? "it was drawn by " + drawn + ", now by " + draws
+                     (draws != drawn ? fmt::format("it was drawn by {}, now by {}", drawn, draws)
                       : is_same      ? other
                                      : Cause(change, store.header(), header));
   }

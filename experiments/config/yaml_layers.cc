@@ -71,9 +71,10 @@ Origins ReadLayersOf(const std::vector<Assignment>& layers, const GroupRef& grou
   Origins origins;
   std::vector<Undone> undone;
   for (const Assignment& layer : layers) {
-    const bool may_undo = std::ranges::any_of(presets, [&layer](const std::string& preset) {
-      return layer.key.empty() || preset == layer.key || preset.starts_with(layer.key + ".");
-    });
+    const bool may_undo =
+        given && std::ranges::any_of(presets, [&layer](const std::string& preset) {
+          return layer.key.empty() || preset == layer.key || preset.starts_with(layer.key + ".");
+        });
     std::map<std::string, std::string> before;
     if (may_undo) before = ValuesGiven(group, given->origins);
     Origins set;

@@ -11,8 +11,8 @@ namespace {
 using report::Json;
 
 std::string Element(const std::string& tag, const Json& text) {
-  if (!text.is_string() || text == "") return "";
-  return fmt::format("<{0}>{1}</{0}>\n", tag, EscapeHtml(text));
+  const std::string words = text.is_string() ? text.get<std::string>() : "";
+  return words.empty() ? "" : fmt::format("<{0}>{1}</{0}>\n", tag, EscapeHtml(words));
 }
 
 // A cell is a text, or has one.

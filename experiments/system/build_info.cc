@@ -58,7 +58,7 @@ XXH64_hash_t DigestOf(const std::string& path, XXH64_hash_t seed) {
 std::string VersionAndCommit() { return std::string(TURBIDOCK_VERSION) + " " + kGitHash; }
 
 std::string BuildId() {
-  const std::string id = VersionAndCommit();
+  std::string id = VersionAndCommit();
   const std::string_view hash = kGitHash;
   if (!hash.ends_with("-dirty") && hash != "unknown") return id;
   return id + " " + ModuleDigest(kGitHash);

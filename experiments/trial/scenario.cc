@@ -335,6 +335,7 @@ std::vector<ModelFile> ModelFilesOf(const Scenario& scenario) {
   // A resolved scenario has its values, and may be where it is not.
   if (const fs::path data = DataBeside(scenario.vehicle_model); IsFile(data))
     contents[data] = DigestOf(system::ReadWhole(data));
+  files.reserve(contents.size());
   for (const auto& [path, digest] : contents)
     files.push_back({path.starts_with(bundled) ? path.substr(bundled.size()) : path, digest});
   return files;
