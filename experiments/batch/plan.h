@@ -28,8 +28,8 @@
 // no trial.
 //
 // A trial's scenario is that of its file with `set`, its case, its cell of the grid, its stratum,
-// its draws and its seed set in this order by trial::Resolve, as `turbidock run --set` would. Files
-// that a plan names are beside it.
+// its draws and its seed set in this order by trial::Resolve, as `turbidock run --set` would, but
+// presets of a trial first, as in a file. Files that a plan names are beside it.
 
 #include <cstdint>
 #include <map>

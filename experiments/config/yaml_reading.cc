@@ -19,7 +19,6 @@ namespace turbidock::config {
 namespace {
 
 using internal::Around;
-using internal::FieldAt;
 using internal::Overloaded;
 using internal::TypeName;
 

@@ -41,13 +41,13 @@ class CheckedController final : public control::Controller {
   }
   control::Axes Demand(const control::Reference& wanted) override {
     const std::string what = At("Demand", frame_);
-    const control::Axes demand = Guarded(what, [&] { return controller_->Demand(wanted); });
+    control::Axes demand = Guarded(what, [&] { return controller_->Demand(wanted); });
     if (!demand.allFinite()) throw PluginError(what + " gave a demand that is not finite");
     return demand;
   }
   std::optional<control::Axes> Predict(int64_t frame) override {
     const std::string what = At("Predict", frame);
-    const auto marker = Guarded(what, [&] { return controller_->Predict(frame); });
+    auto marker = Guarded(what, [&] { return controller_->Predict(frame); });
     if (marker && !marker->allFinite())
       throw PluginError(what + " gave a prediction that is not finite");
     return marker;
