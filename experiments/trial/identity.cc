@@ -53,13 +53,14 @@ std::string IdentityOf(const Scenario& scenario, const std::string& program,
 }
 
 void RequireSameFiles(const Scenario& scenario) {
-  if (const std::string changed = ChangedModels(scenario); !changed.empty())
+  if (scenario.model_files.empty()) return;
+  const std::vector<ModelFile> now = ModelFilesOf(scenario);
+  if (const std::string changed = ChangedModels(scenario, now); !changed.empty())
     throw ConfigError(changed);
   // One that has appeared takes the place of another.
-  for (const ModelFile& now : ModelFilesOf(scenario))
-    if (!scenario.model_files.empty() &&
-        std::ranges::count(scenario.model_files, now.file, &ModelFile::file) == 0)
-      throw ConfigError(now.file + " was not there when the trials were begun");
+  for (const ModelFile& file : now)
+    if (std::ranges::count(scenario.model_files, file.file, &ModelFile::file) == 0)
+      throw ConfigError(file.file + " was not there when the trials were begun");
 }
 
 }  // namespace turbidock::trial

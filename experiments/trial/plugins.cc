@@ -139,13 +139,6 @@ std::string Plugins::Plugin<Made, Args...>::CodeLine() const {
   return name + " " + code + "\n";
 }
 
-std::string Plugins::Code() const {
-  std::string lines;
-  for (const auto& plugin : controllers_.all) lines += plugin.CodeLine();
-  for (const auto& plugin : estimators_.all) lines += plugin.CodeLine();
-  return lines;
-}
-
 std::string Plugins::CodeInUse() const {
   return controllers_.Named(controller()).CodeLine() + estimators_.Named(estimator()).CodeLine();
 }

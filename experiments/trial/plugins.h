@@ -95,10 +95,9 @@ class Plugins {
   // The same ones with their defaults, and the first of them chosen.
   Plugins WithDefaults() const;
 
-  // A line of name and code for each that is not turbidock's own, or for the chosen ones: what a
-  // trial's result follows from besides the scenario and the program. The code is a digest of the
-  // program or library that registered it, or what SetCode says.
-  std::string Code() const;
+  // A line of name and code for each of the chosen ones that is not turbidock's own: what a trial's
+  // result follows from besides the scenario and the program. The code is a digest of the program
+  // or library that registered it, or what SetCode says.
   std::string CodeInUse() const;
   void SetCode(const std::string& name, const std::string& code);
 

@@ -68,7 +68,7 @@ RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
   if (const auto commands = scenario_.plugins.Spec().commands)
     commands_ = commands(ModelOf(scenario_.known_vehicle, world_.scene()), scenario_.duration_s);
   if (options_.on_remark)
-    for (const std::string& remark : {ChangedModels(scenario_), world_.remark()})
+    for (const std::string& remark : {ChangedModels(scenario_, model_files_), world_.remark()})
       if (!remark.empty()) options_.on_remark(remark);
   if (options_.on_remark)
     for (const std::string& remark : scenario_.given.remarks) options_.on_remark(remark);

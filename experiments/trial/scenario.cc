@@ -341,13 +341,12 @@ std::vector<ModelFile> ModelFilesOf(const Scenario& scenario) {
   return files;
 }
 
-std::string ChangedModels(const Scenario& scenario) {
-  if (scenario.model_files.empty()) return "";
+std::string ChangedModels(const Scenario& scenario, const std::vector<ModelFile>& now) {
   std::vector<std::string> names;
-  for (const ModelFile& now : ModelFilesOf(scenario)) {
-    const auto before = std::ranges::find(scenario.model_files, now.file, &ModelFile::file);
-    if (before != scenario.model_files.end() && before->content != now.content)
-      names.push_back(now.file);
+  for (const ModelFile& file : now) {
+    const auto before = std::ranges::find(scenario.model_files, file.file, &ModelFile::file);
+    if (before != scenario.model_files.end() && before->content != file.content)
+      names.push_back(file.file);
   }
   return names.empty() ? ""
                        : fmt::format("{} {} changed since the scenario was written",

@@ -327,8 +327,9 @@ vehicle::SceneFiles SceneFilesOf(const Scenario& scenario);
 std::vector<ModelFile> ModelFilesOf(const Scenario& scenario);
 // What is kept of a trial's scenario, resolved.yaml: SaveScenario with what it was made from.
 std::string SaveResolved(Scenario scenario, const std::vector<ModelFile>& model_files);
-// A sentence that names those that its `model_files` have otherwise; empty where there are none.
-std::string ChangedModels(const Scenario& scenario);
+// A sentence that names those of `now` that its `model_files` have otherwise; empty where there are
+// none.
+std::string ChangedModels(const Scenario& scenario, const std::vector<ModelFile>& now);
 
 }  // namespace turbidock::trial
 

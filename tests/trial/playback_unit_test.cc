@@ -206,9 +206,10 @@ TEST_F(PlaybackOfTrials, FilesCountByTheirContent) {
       "pool_active",
       {"controller=playback", "playback.file=" + commands, "sea.current.series=" + current});
   scenario.model_files = ModelFilesOf(scenario);
-  EXPECT_EQ(ChangedModels(scenario), "");
+  EXPECT_EQ(ChangedModels(scenario, ModelFilesOf(scenario)), "");
   std::ofstream(current, std::ios::app) << "20,0,0\n";
-  EXPECT_EQ(ChangedModels(scenario), current + " has changed since the scenario was written");
+  EXPECT_EQ(ChangedModels(scenario, ModelFilesOf(scenario)),
+            current + " has changed since the scenario was written");
 }
 
 TEST_F(PlaybackOfTrials, TheProcedureOnlyLooksOn) {

@@ -98,7 +98,7 @@ camera::StereoCamera CamerasOf(const trial::FixedView& view, light::Water water,
 struct RecognitionOptions {
   double seconds = 60;
   double settle_s = 5;    // before it counts: to find the marker from anywhere
-  std::string file = {};  // keeps every result, or goes on with those that are there; empty: none
+  std::string file = {};  // where results are kept, and found again; empty: nowhere
   batch::JobOptions jobs = {};
   std::function<void(int done, int of)> on_progress = {};  // trials
   std::function<bool()> stop_requested = {};

@@ -88,7 +88,7 @@ void AddRecognize(command::CommandLine& line) {
       .Between(0.02, 3600);
   arguments.jobs.AddTo(&recognize, "Processes; the results are the same");
   recognize.Add("--out FILE", arguments.options.file,
-                "Keep every trial's result; the same command goes on with it");
+                "Keep every result: interrupted, the same command runs the rest");
   recognize.AddFigure(arguments.figure,
                       "Draw the plots into FILE, what the cameras see into FILE_images_MARKER.png");
   recognize.AddJson(arguments.json);
