@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "sim/base/random.h"
+#include "tests/support/own_folder.h"
 #include "tests/support/program.h"
 
 namespace turbidock::testing {
@@ -25,10 +26,9 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-class Batch : public ::testing::Test {
+class Batch : public OwnFolder {
  protected:
   void SetUp() override {
-    fs::create_directories(folder_);
     std::ofstream(plan_) << "schema_version: 1\n"
                             "description: tiny trials\n"
                             "seeds: 3\n"
@@ -38,8 +38,6 @@ class Batch : public ::testing::Test {
                             "  water.milk_ml_m3: {uniform: [0, 30]}\n"
                             "  start.heading_rad: {choice: [0, 0.1]}\n";
   }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string File(const std::string& name) const { return (folder_ / name).string(); }
 
   std::string Run(const std::vector<std::string>& arguments, int expected_code = 0) {
     const ProgramEnd end = RunProgram(arguments);
@@ -80,9 +78,6 @@ class Batch : public ::testing::Test {
     return rows;
   }
 
-  const fs::path folder_ =
-      fs::temp_directory_path() / (std::string("turbidock_batch_") +
-                                   ::testing::UnitTest::GetInstance()->current_test_info()->name());
   const std::string plan_ = (folder_ / "tiny.yaml").string();
 };
 

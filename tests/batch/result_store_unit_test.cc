@@ -19,6 +19,7 @@
 #include "experiments/system/build_info.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/trial.h"
+#include "tests/support/own_folder.h"
 
 namespace turbidock::batch {
 namespace {
@@ -57,12 +58,8 @@ StoredTrial Trial(int64_t trial, const std::string& milk, trial::Failure failure
   return stored;
 }
 
-class Store : public ::testing::Test {
+class Store : public testing::OwnFolder {
  protected:
-  void SetUp() override { fs::create_directories(folder_); }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string File(const std::string& name) const { return (folder_ / name).string(); }
-
   // What opening for writing says.
   static std::string Refusal(const std::string& file, const StoreHeader& header) {
     try {
@@ -72,10 +69,6 @@ class Store : public ::testing::Test {
     }
     return "accepted";
   }
-
-  const fs::path folder_ =
-      fs::temp_directory_path() / (std::string("turbidock_store_") +
-                                   ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 // The columns of a vehicle's own thrusters are added as it comes, also by a merge, and are no other

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "sim/base/check.h"
+#include "tests/support/own_folder.h"
 
 namespace turbidock::batch {
 namespace {
@@ -58,18 +59,14 @@ struct EnoughOfThem {
   }
 };
 
-class Runner : public ::testing::Test {
+class Runner : public testing::OwnFolder {
  protected:
-  void SetUp() override { fs::create_directories(folder_); }
-  void TearDown() override { fs::remove_all(folder_); }
   ResultStore Store(const std::string& name) const {
     return ResultStore::Write((folder_ / name).string(), HeaderOf(plan_, {}));
   }
   RunOptions Options(int workers) const { return {.jobs = {.workers = workers}}; }
 
   const Plan plan_ = TinyPlan();
-  const fs::path folder_ =
-      fs::temp_directory_path() / ("turbidock_runner_" + std::to_string(getpid()));
 };
 
 TEST_F(Runner, EndsTheSameForAnyWorkersAndAfterAnyStop) {

@@ -19,6 +19,7 @@
 
 #include "sim/base/check.h"
 #include "tests/support/message_of.h"
+#include "tests/support/own_folder.h"
 
 namespace turbidock::batch {
 namespace {
@@ -27,6 +28,7 @@ namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::MessageOf;
+using testing::TextOf;
 
 const std::vector<Work> kWorks = {
     {"square",
@@ -58,7 +60,7 @@ int RunAsTask(char** argv) {
   }
 }
 
-class Slurm : public ::testing::Test {
+class Slurm : public testing::OwnFolder {
  protected:
   void SetUp() override {
     fs::create_directories(folder_ / "bin");
@@ -101,13 +103,6 @@ cat queue.* 2>/dev/null || true
     std::ofstream(path) << "#!/bin/bash\nscript=${!#}\ncd '" << folder_.string() << "'\n" << text;
     fs::permissions(path, fs::perms::owner_all);
   }
-  void Write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-  }
-  std::string Read(const std::string& name) const {
-    std::ifstream file(folder_ / name);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
   // Of tasks that do this work with one worker each.
   std::unique_ptr<JobPool> Pool(int tasks, const std::string& work) {
     const SlurmParams slurm = {.tasks = tasks,
@@ -125,10 +120,6 @@ cat queue.* 2>/dev/null || true
     return results;
   }
 
-  const fs::path folder_ =
-      fs::temp_directory_path() / (std::string("turbidock slurm ") +
-                                   ::testing::UnitTest::GetInstance()->current_test_info()->name() +
-                                   "_" + std::to_string(getpid()));
   std::string path_, said_;
 };
 
@@ -142,17 +133,17 @@ TEST_F(Slurm, EveryEndIsAResultAndAnArrayIsWhatWaits) {
     EXPECT_THAT(results.at(99).error, HasSubstr("signal 6"));
     EXPECT_EQ(results.at(-1).end, JobEnd::kBadInput);
     EXPECT_EQ(results.at(-1).error, "negative");
-    EXPECT_EQ(Read("sent"), "3\n");
+    EXPECT_EQ(TextOf(folder_ / "sent"), "3\n");
     EXPECT_EQ(Squares(pool.get(), {5}).at(5).output, "25");
-    EXPECT_EQ(Read("sent"), "3\n1\n");
+    EXPECT_EQ(TextOf(folder_ / "sent"), "3\n1\n");
   }
   EXPECT_FALSE(fs::exists(folder_ / "shared place"));
-  EXPECT_EQ(Read("cancelled"), "");
+  EXPECT_EQ(TextOf(folder_ / "cancelled"), "");
   EXPECT_EQ(said_, "");
 }
 
 TEST_F(Slurm, WhatALostTaskLeftIsSentAgain) {
-  Write("lose", "1");
+  File("lose", "1");
   const auto pool = Pool(2, "square");
   const auto results = Squares(pool.get(), {1, 2, 3, 4});
   ASSERT_EQ(results.size(), 4u);
@@ -162,14 +153,14 @@ TEST_F(Slurm, WhatALostTaskLeftIsSentAgain) {
 }
 
 TEST_F(Slurm, AJobThatLosesItsTaskThreeTimesIsAFault) {
-  Write("lose", "9");
+  File("lose", "9");
   const auto pool = Pool(1, "square");
   EXPECT_THAT(FaultOf([&] { Squares(pool.get(), {1}); }),
               HasSubstr("ended 3 times without a result of a job; the last one, 103_0"));
 }
 
 TEST_F(Slurm, ARefusalIsSaidAtOnce) {
-  Write("refuse", "sbatch: error: invalid partition specified: nowhere");
+  File("refuse", "sbatch: error: invalid partition specified: nowhere");
   const auto pool = Pool(1, "square");
   EXPECT_THAT(FaultOf([&] { Squares(pool.get(), {1}); }), HasSubstr("nowhere"));
 }
@@ -177,15 +168,14 @@ TEST_F(Slurm, ARefusalIsSaidAtOnce) {
 TEST_F(Slurm, ResultsAreReadWhileTheControllerIsAway) {
   const auto pool = Pool(1, "square");
   EXPECT_EQ(Squares(pool.get(), {2}).at(2).output, "4");
-  Write("away", "");
+  File("away", "");
   EXPECT_EQ(Squares(pool.get(), {3}).at(3).output, "9");
 }
 
 TEST_F(Slurm, ARefusalAfterTheFirstArrayIsWaitedOut) {
   const auto pool = Pool(1, "square");
   EXPECT_EQ(Squares(pool.get(), {2}).at(2).output, "4");
-  Write("refuse",
-        "sbatch: error: Batch job submission failed: Transport endpoint is not connected");
+  File("refuse", "sbatch: error: Batch job submission failed: Transport endpoint is not connected");
   pool->Submit({.id = 4, .input = "4"});
   // on a busy machine sbatch takes its time
   for (int i = 0; i < 400 && said_.empty(); ++i) EXPECT_FALSE(pool->Next(0.3));
@@ -196,7 +186,7 @@ TEST_F(Slurm, ARefusalAfterTheFirstArrayIsWaitedOut) {
   ASSERT_TRUE(result);
   EXPECT_EQ(result->output, "16");
   // each try has a folder of its own
-  std::istringstream tried(Read("tried"));
+  std::istringstream tried(TextOf(folder_ / "tried"));
   std::set<std::string> folders;
   size_t tries = 0;
   for (std::string script; std::getline(tried, script); ++tries) folders.insert(script);
@@ -207,9 +197,9 @@ TEST_F(Slurm, ARefusalAfterTheFirstArrayIsWaitedOut) {
 // A run that was killed: its tasks are nobody's, its files are not read.
 TEST_F(Slurm, WhatAKilledRunLeftIsCancelled) {
   fs::create_directories(folder_ / "shared place/array-0");
-  Write("shared place/array-0/result-0-0.json", "{\"id\": 0, torn");
+  File("shared place/array-0/result-0-0.json", "{\"id\": 0, torn");
   const auto pool = Pool(1, "square");
-  EXPECT_THAT(Read("cancelled"), HasSubstr("--name=turbidock-"));
+  EXPECT_THAT(TextOf(folder_ / "cancelled"), HasSubstr("--name=turbidock-"));
   EXPECT_EQ(Squares(pool.get(), {2}).at(2).output, "4");
 }
 
@@ -243,7 +233,7 @@ echo 7
 }
 
 TEST_F(Slurm, ATaskWithoutAListOfJobsSaysSo) {
-  Write("jobs-0.jsonl", "");
+  File("jobs-0.jsonl", "");
   EXPECT_THAT(MessageOf([&] { RunSlurmTask(folder_.string(), 0, 1, kWorks); }),
               HasSubstr("is no list of jobs"));
 }

@@ -9,6 +9,7 @@
 #include "experiments/command/job_arguments.h"
 #include "experiments/config/data_files.h"
 #include "tests/support/message_of.h"
+#include "tests/support/own_folder.h"
 #include "tests/support/program.h"
 
 namespace turbidock::command {
@@ -18,19 +19,9 @@ namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-class FilesOfOthers : public ::testing::Test {
+class FilesOfOthers : public testing::OwnFolder {
  protected:
-  void SetUp() override {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_ / "bin");
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string File(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-    return (folder_ / name).string();
-  }
-
-  const fs::path folder_ = fs::path(::testing::TempDir()) / "files_of_others";
+  void SetUp() override { fs::create_directories(folder_ / "bin"); }
 };
 
 TEST_F(FilesOfOthers, APlanNamesModelsThatStandBesideIt) {

@@ -16,6 +16,7 @@
 #include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 #include "tests/support/message_of.h"
+#include "tests/support/own_folder.h"
 
 namespace turbidock::system {
 namespace {
@@ -23,26 +24,13 @@ namespace {
 namespace fs = std::filesystem;
 using testing::MessageOf;
 
-class OutputPath : public ::testing::Test {
+class OutputPath : public testing::OwnFolder {
  protected:
-  void SetUp() override {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string File(const std::string& name) const { return (folder_ / name).string(); }
-  void Make(const std::string& name, const std::string& text) const {
-    std::ofstream(File(name)) << text;
-  }
   int Files() const { return static_cast<int>(std::distance(fs::directory_iterator(folder_), {})); }
-
-  const fs::path folder_ = fs::path(::testing::TempDir()) /
-                           (std::string("output_path_") +
-                            ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 TEST_F(OutputPath, AnOutputIsNoInputUnderAnyName) {
-  Make("in.png", "precious");
+  File("in.png", "precious");
   fs::create_symlink("in.png", File("soft"));
   fs::create_hard_link(File("in.png"), File("hard"));
   const std::string read = ": is read by this command; give another file to write";
@@ -71,7 +59,7 @@ TEST_F(OutputPath, TwoOutputsAreTwoFiles) {
 }
 
 TEST_F(OutputPath, NothingIsMadeBeforeSomethingIsWritten) {
-  Make("in", "");
+  File("in", "");
   EXPECT_NE(
       MessageOf([&] {
         OutputPlan().Reads(File("in")).WritesInto(File("new"), {"a"}).Writes(File("in")).Require();
@@ -110,10 +98,10 @@ TEST_F(OutputPath, OnlyFilesAreWritten) {
 TEST_F(OutputPath, OnlyItsOwnKindIsReplaced) {
   constexpr FileKind kList = {"list of ours", "# A list"};
   const std::string remedy = "; name another file, or move this one away";
-  Make("mine", "1\n2\n");
-  Make("list", "\n# A list, edited\n");
-  Make("empty", "");
-  Make("results", "SQLite format 3 and so on");
+  File("mine", "1\n2\n");
+  File("list", "\n# A list, edited\n");
+  File("empty", "");
+  File("results", "SQLite format 3 and so on");
   mkfifo(File("pipe").c_str(), 0666);
   const auto said = [&](const char* name, const FileKind& kind) {
     return MessageOf([&] { OutputPlan().Writes(File(name), kind).Require(); });
@@ -142,7 +130,7 @@ TEST_F(OutputPath, OnlyFilesAreRead) {
             File("pipe") + cannot + "it is no regular file");
   EXPECT_EQ(MessageOf([&] { ReadWhole("/dev/zero"); }),
             "/dev/zero" + cannot + "it is no regular file");
-  Make("large", std::string(3 << 20, 'x'));
+  File("large", std::string(3 << 20, 'x'));
   EXPECT_EQ(MessageOf([&] { ReadWhole(File("large"), 2 << 20); }),
             File("large") + cannot + "it is larger than 2 MiB");
   EXPECT_EQ(ReadWhole(File("large")).size(), size_t{3} << 20);
@@ -152,7 +140,7 @@ TEST_F(OutputPath, OnlyFilesAreRead) {
 }
 
 TEST_F(OutputPath, AFileIsWholeOrNotThere) {
-  Make("a", "old");
+  File("a", "old");
   {
     WholeFile file(File("a"));
     std::ofstream(file.partial()) << "half";
@@ -170,7 +158,7 @@ TEST_F(OutputPath, AFileIsWholeOrNotThere) {
 
 TEST_F(OutputPath, AFullDiskLeavesNothingBehind) {
   // What is written grows beyond what a file of this process may have.
-  Make("a", "old");
+  File("a", "old");
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
   const rlimit small{1000, before.rlim_max};
@@ -185,7 +173,7 @@ TEST_F(OutputPath, AFullDiskLeavesNothingBehind) {
 
 TEST_F(OutputPath, ALinkStaysOne) {
   fs::create_directory(File("there"));
-  Make("there/a", "old");
+  File("there/a", "old");
   fs::create_symlink("there/a", File("link"));
   WriteWhole(File("link"), "new");
   EXPECT_TRUE(fs::is_symlink(File("link")));

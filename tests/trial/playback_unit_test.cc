@@ -16,6 +16,7 @@
 #include "experiments/trial/series.h"
 #include "experiments/trial/trial.h"
 #include "experiments/trial/world.h"
+#include "tests/support/own_folder.h"
 
 namespace turbidock::trial {
 namespace {
@@ -24,14 +25,8 @@ namespace fs = std::filesystem;
 using Settings = std::vector<std::string>;
 using ::testing::HasSubstr;
 
-class PlaybackOfTrials : public ::testing::Test {
+class PlaybackOfTrials : public testing::OwnFolder {
  protected:
-  void SetUp() override { fs::create_directories(folder_); }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string File(const std::string& name, const std::string& text) const {
-    system::WriteWhole(folder_ / name, text);
-    return (folder_ / name).string();
-  }
   static Settings With(Settings settings, const Settings& more) {
     settings.insert(settings.end(), more.begin(), more.end());
     return settings;
@@ -48,8 +43,6 @@ class PlaybackOfTrials : public ::testing::Test {
       return error.what();
     }
   }
-
-  fs::path folder_ = fs::temp_directory_path() / ("turbidock_playback_" + std::to_string(getpid()));
 };
 
 const Settings kClosedLoop = {"pose_source=true_pose", "seed=5", "duration_s=25",

@@ -16,6 +16,7 @@
 #include "experiments/trial/trial.h"
 #include "sim/base/random.h"
 #include "tests/support/message_of.h"
+#include "tests/support/own_folder.h"
 #include "vision/fiducial_marker.h"
 
 namespace turbidock::trial {
@@ -26,11 +27,8 @@ using turbidock::testing::MessageOf;
 namespace fs = std::filesystem;
 
 // A scene of a user's: the pool with a marker of one's own.
-class OwnMarker : public ::testing::Test {
+class OwnMarker : public testing::OwnFolder {
  protected:
-  void SetUp() override { fs::create_directories(folder_); }
-  void TearDown() override { fs::remove_all(folder_); }
-
   // Loads pool_active with the marker's balls written like this, in a box of 80 mm.
   Scenario Load(const std::string& balls, std::vector<std::string> assignments = {}) const {
     std::ofstream(folder_ / "marker.xml")
@@ -55,8 +53,6 @@ class OwnMarker : public ::testing::Test {
   const std::string three_ = Ball("green", "-0.065 0 0", "0 1 0") +
                              Ball("yellow", "0 0.065 0", "0.4 0.4 0") +
                              Ball("blue", "0 -0.065 0", "0 0 1");
-
-  fs::path folder_ = fs::path(::testing::TempDir()) / "own_marker";
 };
 
 TEST_F(OwnMarker, IsKnownAsTheSceneHasIt) {

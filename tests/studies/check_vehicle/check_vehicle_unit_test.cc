@@ -11,6 +11,7 @@
 
 #include "experiments/config/data_files.h"
 #include "experiments/system/output_path.h"
+#include "tests/support/own_folder.h"
 #include "tests/support/program.h"
 
 namespace turbidock::check_vehicle {
@@ -119,11 +120,8 @@ TEST(CheckVehicle, RefusesWhatIsNoVehicle) {
 }
 
 // The published vehicle's files under another name, in a folder of their own.
-class CheckVehicleCommand : public ::testing::Test {
+class CheckVehicleCommand : public testing::OwnFolder {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   std::string Vehicle(const std::string& name) const {
     for (const char* kind : {".xml", ".yaml"})
       std::filesystem::copy_file(config::ModelPath(std::string("vehicle") + kind),
@@ -135,11 +133,6 @@ class CheckVehicleCommand : public ::testing::Test {
     all.insert(all.end(), arguments.begin(), arguments.end());
     return testing::RunProgram(all);
   }
-
-  const std::filesystem::path folder_ =
-      std::filesystem::path(::testing::TempDir()) /
-      (std::string("check_vehicle_") +
-       ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 TEST_F(CheckVehicleCommand, AFileMayHaveAnyName) {

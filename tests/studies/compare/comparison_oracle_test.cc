@@ -18,6 +18,7 @@
 #include "experiments/report/report_json.h"
 #include "sim/base/check.h"
 #include "tests/support/message_of.h"
+#include "tests/support/own_folder.h"
 
 namespace turbidock::compare {
 namespace {
@@ -27,11 +28,8 @@ using ::testing::HasSubstr;
 using testing::MessageOf;
 using ::testing::Not;
 
-class Comparison : public ::testing::Test {
+class Comparison : public testing::OwnFolder {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   struct Row {
     int64_t seed;
     bool docked;
@@ -68,12 +66,6 @@ class Comparison : public ::testing::Test {
     }
     return batch::ResultStore::Read(file);
   }
-
-  const std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() /
-      (std::string("turbidock_comparison_") +
-       ::testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
-       std::to_string(getpid()));
 };
 
 void End(trial::TrialRecord* record, trial::Failure failure) {

@@ -17,6 +17,7 @@
 #include "experiments/media/mp4_writer.h"
 #include "experiments/media/png.h"
 #include "sim/base/units.h"
+#include "tests/support/own_folder.h"
 #include "tests/support/paint_marker.h"
 #include "tests/support/program.h"
 
@@ -31,22 +32,14 @@ Pose PoseOf(const Json& json) {
   return {Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized(), {p[0], p[1], p[2]}};
 }
 
-class Estimate : public ::testing::Test {
+class Estimate : public OwnFolder {
  public:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
-  std::string File(const std::string& name, const std::string& text) const {
-    std::ofstream(Path(name)) << text;
-    return Path(name);
-  }
   // A painted pair as left.png and right.png.
   void WritePair(const vision::MarkerParams& marker, const StereoRig& rig, const Pose& X_HM,
                  const std::string& suffix = "") const {
     const StereoImage seen = PaintMarker(marker, rig, X_HM, {}, nullptr);
-    media::WritePng(Path("left" + suffix + ".png"), seen.left);
-    media::WritePng(Path("right" + suffix + ".png"), seen.right);
+    media::WritePng(File("left" + suffix + ".png"), seen.left);
+    media::WritePng(File("right" + suffix + ".png"), seen.right);
   }
   Json Run(const std::vector<std::string>& more) const {
     std::vector<std::string> arguments = {"estimate", "--json", "--quiet"};
@@ -64,11 +57,6 @@ class Estimate : public ::testing::Test {
     EXPECT_EQ(end.out, "");
     for (const std::string& words : said) EXPECT_THAT(end.err, HasSubstr(words));
   }
-
-  const std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() /
-      (std::string("turbidock_estimate_") +
-       ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 const Pose kPose = Pose::FromVectorPart({0.6, 0.02, -0.03}, {0.01, -0.02, 0.05});
@@ -103,7 +91,7 @@ TEST_F(Estimate, ADarkBallLeavesTwoAnswers) {
   vision::MarkerParams lit;
   lit.balls.erase(lit.balls.begin());
   WritePair(lit, RigParams{}.MakeRig(), kPose);
-  const Json result = Run({"--left", Path("left.png"), "--right", Path("right.png")});
+  const Json result = Run({"--left", File("left.png"), "--right", File("right.png")});
   EXPECT_EQ(result.at("detected"), false);
   const Json& second = result.at("second");
   ASSERT_TRUE(second.is_object());
@@ -121,8 +109,8 @@ TEST_F(Estimate, ASequenceGivesARecordAFrameAndAnOverlay) {
     X_HM.p.y() += 0.004 * frame;
     WritePair({}, rig, X_HM, "_" + std::to_string(100 + frame));
   }
-  const Json result = Run({"--left", Path("left_*.png"), "--right", Path("right_*.png"), "--set",
-                           "marker.box_m=[0,0,0]", "--overlay", Path("overlay.mp4")});
+  const Json result = Run({"--left", File("left_*.png"), "--right", File("right_*.png"), "--set",
+                           "marker.box_m=[0,0,0]", "--overlay", File("overlay.mp4")});
   ASSERT_EQ(result.at("records").size(), 12u);
   EXPECT_EQ(result.at("complete"), true);
   for (int frame = 8; frame < 12; ++frame)
@@ -130,7 +118,7 @@ TEST_F(Estimate, ASequenceGivesARecordAFrameAndAnOverlay) {
   EXPECT_EQ(result.at("kind"), "estimate");
   EXPECT_EQ(result["report"]["sections"][0]["panels"].size(), 2u);  // over frames
   // The overlay is a video of as many frames, and can be read as one.
-  const auto video = media::OpenImages(Path("overlay.mp4"));
+  const auto video = media::OpenImages(File("overlay.mp4"));
   Image3u8 image;
   int frames = 0;
   while (video->Next(&image)) ++frames;
@@ -138,8 +126,8 @@ TEST_F(Estimate, ASequenceGivesARecordAFrameAndAnOverlay) {
   EXPECT_EQ(image.width(), 1280);
   // Numbered files, not more of them than asked for.
   for (int frame = 0; frame < 5; ++frame) WritePair({}, rig, kPose, "-0" + std::to_string(frame));
-  EXPECT_EQ(Run({"--left", Path("left-*.png"), "--right", Path("right-*.png")})["frames"], 5);
-  EXPECT_EQ(Run({"--left", Path("left-*.png"), "--right", Path("right-*.png"), "--frames",
+  EXPECT_EQ(Run({"--left", File("left-*.png"), "--right", File("right-*.png")})["frames"], 5);
+  EXPECT_EQ(Run({"--left", File("left-*.png"), "--right", File("right-*.png"), "--frames",
                  "3"})["frames"],
             3);
 }
@@ -151,39 +139,39 @@ TEST_F(Estimate, AMissingFileIsNoticed) {
   for (const char* side : {"left", "right"}) {
     std::filesystem::create_directories(folder_ / side);
     for (const char* moment : {"_0001", "_0002", "_0003"})
-      std::filesystem::copy_file(Path(std::string(side) + moment + ".png"),
+      std::filesystem::copy_file(File(std::string(side) + moment + ".png"),
                                  folder_ / side / (moment + std::string(".png")));
   }
   const auto refused = [&](const std::string& left, const std::string& right,
                            const std::vector<std::string>& said) {
-    ExpectBadInput({"--left", Path(left), "--right", Path(right)}, said);
+    ExpectBadInput({"--left", File(left), "--right", File(right)}, said);
   };
-  EXPECT_EQ(Run({"--left", Path("left_*.png"), "--right", Path("right_*.png")})["frames"], 3);
-  EXPECT_EQ(Run({"--left", Path("left"), "--right", Path("right")})["frames"], 3);
+  EXPECT_EQ(Run({"--left", File("left_*.png"), "--right", File("right_*.png")})["frames"], 3);
+  EXPECT_EQ(Run({"--left", File("left"), "--right", File("right")})["frames"], 3);
   refused("left_*.png", "left_*.png", {"left_0001.png: is given for both sides"});
-  std::filesystem::create_symlink(Path("left_0002.png"), Path("same.png"));
+  std::filesystem::create_symlink(File("left_0002.png"), File("same.png"));
   refused("left_0002.png", "same.png", {"left_0002.png: is given for both sides"});
 
-  std::filesystem::remove(Path("right_0001.png"));
+  std::filesystem::remove(File("right_0001.png"));
   const std::vector<std::string> first = {"left_0001.png and ", "right_0002.png are no pair"};
   refused("left_*.png", "right_*.png", first);
   std::filesystem::remove(folder_ / "left/_0002.png");
   refused("left", "right", {"left/_0003.png and ", "right/_0002.png are no pair"});
   // names that have nothing to do with each other are pairs in their order
-  EXPECT_EQ(Run({"--left", Path("left_*.png"), "--right", Path("right")})["frames"], 3);
+  EXPECT_EQ(Run({"--left", File("left_*.png"), "--right", File("right")})["frames"], 3);
 }
 
 TEST_F(Estimate, AVideoThatEndsEarlyGivesWhatThereIsAndSaysSo) {
   const StereoImage seen = PaintMarker({}, RigParams{}.MakeRig(), kPose, {}, nullptr);
   for (const auto& [name, frames] : {std::pair{"left.mp4", 9}, {"right.mp4", 6}}) {
-    media::Mp4Writer video(Path(name), 640, 480, 30);
+    media::Mp4Writer video(File(name), 640, 480, 30);
     media::Canvas canvas(640, 480);
     canvas.DrawImage(name[0] == 'l' ? seen.left : seen.right, canvas.area());
     for (int frame = 0; frame < frames; ++frame) video.Add(canvas);
     video.Finish();
   }
   const Json result = Run(
-      {"--left", Path("left.mp4"), "--right", Path("right.mp4"), "--set", "marker.box_m=[0,0,0]"});
+      {"--left", File("left.mp4"), "--right", File("right.mp4"), "--set", "marker.box_m=[0,0,0]"});
   EXPECT_EQ(result.at("frames"), 6);
   EXPECT_EQ(result.at("complete"), false);
   EXPECT_THAT(result.at("incomplete_reason").get<std::string>(),
@@ -251,9 +239,9 @@ TEST_F(Estimate, HonoursAnOpenCvCalibration) {
 
   vision::MarkerParams marker;
   const StereoImage plain = PaintMarker(marker, rig.rig, kPose, {}, nullptr);
-  media::WritePng(Path("left.png"), ThroughLens(plain.left, rig.rig.left, rig.distortion.left));
-  media::WritePng(Path("right.png"), ThroughLens(plain.right, rig.rig.right, rig.distortion.right));
-  const Json result = Run({"--left", Path("left.png"), "--right", Path("right.png"), "--rig", file,
+  media::WritePng(File("left.png"), ThroughLens(plain.left, rig.rig.left, rig.distortion.left));
+  media::WritePng(File("right.png"), ThroughLens(plain.right, rig.rig.right, rig.distortion.right));
+  const Json result = Run({"--left", File("left.png"), "--right", File("right.png"), "--rig", file,
                            "--set", "marker.box_m=[0,0,0]"});
   EXPECT_LT((PoseOf(result).p - kPose.p).norm(), 0.003);
   EXPECT_LT(units::DegFromRad(AngleBetween(PoseOf(result).q, kPose.q)), 1);
@@ -281,10 +269,10 @@ TEST_F(Estimate, AFisheyeIsUndistorted) {
   const config::RigFromFile rig = config::LoadRig({file}, 640, 480);
   for (const Side side : kSides) {
     const std::string name = side == Side::kLeft ? "left.png" : "right.png";
-    media::WritePng(Path(name),
+    media::WritePng(File(name),
                     ThroughLens(media::ReadPng(data + name), rig.rig[side], rig.distortion[side]));
   }
-  ExpectAsSure(Run({"--left", Path("left.png"), "--right", Path("right.png"), "--rig", file}),
+  ExpectAsSure(Run({"--left", File("left.png"), "--right", File("right.png"), "--rig", file}),
                truth);
 }
 
@@ -303,7 +291,7 @@ TEST_F(Estimate, AnyBaselineHasItsTrueGeometry) {
                               "D1: [0, 0, 0, 0, 0]\nD2: [0, 0, 0, 0, 0]\nR: [" + R + "]\nT: [" + T +
                               "]\n");
     WritePair({}, config::LoadRig({file}, 640, 480).rig, kPose);
-    const Json found = Run({"--left", Path("left.png"), "--right", Path("right.png"), "--rig", file,
+    const Json found = Run({"--left", File("left.png"), "--right", File("right.png"), "--rig", file,
                             "--set", "marker.box_m=[0,0,0]"});
     EXPECT_EQ(found.at("detected"), true);
     EXPECT_LT((PoseOf(found).p - kPose.p).norm(), 0.003);
@@ -315,9 +303,9 @@ TEST_F(Estimate, SaysWhatIsWrongWithTheImages) {
   Image3u8 grey(640, 480, 100), dark(640, 480, 3), white(640, 480, 255);
   *dark.data() = 30;
   const auto notes_of = [&](const Image3u8& image) {
-    media::WritePng(Path("left.png"), image);
-    media::WritePng(Path("right.png"), image);
-    return Run({"--left", Path("left.png"), "--right", Path("right.png"), "--frames", "1"})["notes"]
+    media::WritePng(File("left.png"), image);
+    media::WritePng(File("right.png"), image);
+    return Run({"--left", File("left.png"), "--right", File("right.png"), "--frames", "1"})["notes"]
         .dump();
   };
   EXPECT_THAT(notes_of(grey), HasSubstr("right.png: is grey"));
@@ -325,7 +313,7 @@ TEST_F(Estimate, SaysWhatIsWrongWithTheImages) {
   EXPECT_THAT(notes_of(white), HasSubstr("left.png: 100 % of it is white"));
   WritePair({}, RigParams{}.MakeRig(), kPose);
   EXPECT_EQ(
-      Run({"--left", Path("left.png"), "--right", Path("right.png"), "--frames", "1"})["notes"]
+      Run({"--left", File("left.png"), "--right", File("right.png"), "--frames", "1"})["notes"]
           .dump(),
       "[]");
 }
@@ -352,7 +340,7 @@ void ExpectFoundByFileAlone(const Estimate& test, const std::vector<OwnBall>& ba
             ", hue_rad: " + std::to_string(hue_rad) + "}\n";
   }
   test.WritePair(marker, RigParams{}.MakeRig(), X_HM);
-  const Json result = test.Run({"--left", test.Path("left.png"), "--right", test.Path("right.png"),
+  const Json result = test.Run({"--left", test.File("left.png"), "--right", test.File("right.png"),
                                 "--marker", test.File("marker.yaml", text)});
   EXPECT_EQ(result.at("detected"), true);
   EXPECT_LT((PoseOf(result).p - X_HM.p).norm(), 0.003);
@@ -389,9 +377,9 @@ TEST_F(Estimate, AMarkerOfOnesOwnByFileAlone) {
 }
 
 TEST_F(Estimate, SaysWhatIsMissing) {
-  media::WritePng(Path("left.png"), Image3u8(640, 480));
-  media::WritePng(Path("right.png"), Image3u8(640, 480));
-  const Json black = Run({"--left", Path("left.png"), "--right", Path("right.png")});
+  media::WritePng(File("left.png"), Image3u8(640, 480));
+  media::WritePng(File("right.png"), Image3u8(640, 480));
+  const Json black = Run({"--left", File("left.png"), "--right", File("right.png")});
   EXPECT_EQ(black.at("detected"), false);
   EXPECT_THAT(black["report"]["missing"].dump(), HasSubstr("The marker was not found"));
   for (const Json& x : black["report"]["sections"][0]["panels"][0]["series"][0]["y"])
@@ -400,8 +388,8 @@ TEST_F(Estimate, SaysWhatIsMissing) {
 
 TEST_F(Estimate, ThePublishedPresetIsUnrefinedAndRepeats) {
   WritePair({}, RigParams{}.MakeRig(), kPose);
-  const std::vector<std::string> arguments = {"--left",  Path("left.png"),
-                                              "--right", Path("right.png"),
+  const std::vector<std::string> arguments = {"--left",  File("left.png"),
+                                              "--right", File("right.png"),
                                               "--seed",  "3",
                                               "--set",   "estimator.preset=published"};
   const Json result = Run(arguments);
@@ -436,19 +424,19 @@ TEST_F(Estimate, ShippedFilmsAreFollowed) {
 TEST_F(Estimate, BadInputIsNamed) {
   const StereoRig rig = RigParams{}.MakeRig();
   WritePair({}, rig, kPose);
-  const std::string left = Path("left.png"), right = Path("right.png");
-  ExpectBadInput({"--left", Path("nothing.png"), "--right", right},
+  const std::string left = File("left.png"), right = File("right.png");
+  ExpectBadInput({"--left", File("nothing.png"), "--right", right},
                  {"nothing.png", "no such file"});
   ExpectBadInput({"--left", File("text.png", "no picture"), "--right", right}, {"text.png"});
   ExpectBadInput({"--left", File("text.mp4", "no video"), "--right", File("none.mp4", "none")},
                  {"text.mp4", "cannot be read"});
-  ExpectBadInput({"--left", Path("left_%03d.png"), "--right", right},
+  ExpectBadInput({"--left", File("left_%03d.png"), "--right", right},
                  {"no such images; write * for the numbers"});
-  media::WritePng(Path("small.png"), Image3u8(320, 240));
-  ExpectBadInput({"--left", left, "--right", Path("small.png")},
+  media::WritePng(File("small.png"), Image3u8(320, 240));
+  ExpectBadInput({"--left", left, "--right", File("small.png")},
                  {"small.png: 320 x 240 pixels, must be the rig's 640 x 480", "make_footage.py"});
-  media::WritePng(Path("other.png"), Image3u8(320, 240));
-  ExpectBadInput({"--left", Path("small.png"), "--right", Path("other.png")},
+  media::WritePng(File("other.png"), Image3u8(320, 240));
+  ExpectBadInput({"--left", File("small.png"), "--right", File("other.png")},
                  {"320 x 240 pixels, must be the rig's 640 x 480"});
   ExpectBadInput(
       {"--left", left, "--right", right, "--rig", File("zero.yml", CalibrationText("0., 0., 0."))},
@@ -466,7 +454,7 @@ TEST_F(Estimate, BadInputIsNamed) {
                  {"marker.yaml:1: bals", "balls"});
   ExpectBadInput({"--left", left, "--right", right, "--set", "estimator.preset=best"},
                  {"estimator.preset", "must be one of default, published"});
-  ExpectBadInput({"--left", left, "--right", right, "--overlay", Path("film.avi")}, {"film.avi"});
+  ExpectBadInput({"--left", left, "--right", right, "--overlay", File("film.avi")}, {"film.avi"});
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "experiments/studies/gate/gate.h"
 #include "sim/base/check.h"
 #include "tests/support/message_of.h"
+#include "tests/support/own_folder.h"
 
 namespace turbidock::gate {
 namespace {
@@ -27,10 +28,9 @@ using ::testing::IsEmpty;
 using testing::MessageOf;
 using ::testing::StartsWith;
 
-class GateRepeat : public ::testing::Test {
+class GateRepeat : public testing::OwnFolder {
  protected:
   void SetUp() override {
-    fs::create_directories(folder_);
     // Without cameras; docks in 2.7 to 2.8 s.
     std::ofstream(File("short.yaml"))
         << "schema_version: 1\nseed: 1\nmodel: pool_active.xml\npose_source: true_pose\n"
@@ -40,9 +40,7 @@ class GateRepeat : public ::testing::Test {
            "procedure: {found_hold_s: 0.1, servo_x_m: 0.45, docking_rate_mps: 0.1}\n";
     WriteGate(20);
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
-  std::string File(const std::string& name) const { return (folder_ / name).string(); }
   void WriteGate(int seeds, int master_seed = 1) {
     std::ofstream(File("gate.yaml"))
         << "schema_version: 1\nscenario: short.yaml\nseeds: " << seeds
@@ -74,8 +72,6 @@ class GateRepeat : public ::testing::Test {
     return run.Measured();
   }
 
-  const fs::path folder_ =
-      fs::temp_directory_path() / ("turbidock_gate_repeat_" + std::to_string(getpid()));
   std::string said_;
 };
 

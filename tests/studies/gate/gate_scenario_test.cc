@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/own_folder.h"
 #include "tests/support/program.h"
 
 namespace turbidock::testing {
@@ -22,15 +23,9 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-std::string TextOf(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-class GateProgram : public ::testing::Test {
+class GateProgram : public OwnFolder {
  protected:
   void SetUp() override {
-    fs::create_directories(folder_);
     // Docks in 2.7 to 2.8 s: small images, a start right in front of the dock, a fast approach.
     // With half the shipped gain in surge it takes 4.1 s.
     File("short.yaml",
@@ -45,12 +40,6 @@ class GateProgram : public ::testing::Test {
                  "schema_version: 1\ndescription: short trials\nscenario: short.yaml\nseeds: 9\n"
                  "cases: {short: {}}\ngate: {baseline: gate.baseline.yaml, alpha: 0.1, beta: 0.1,\n"
                  "       margins: {success_rate: 0.4}}\n");
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::string File(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-    return (folder_ / name).string();
   }
 
   // A build of the program whose assets/gains.yaml went through a change.
@@ -70,10 +59,6 @@ class GateProgram : public ::testing::Test {
     return (to / "bin/turbidock").string();
   }
 
-  const fs::path folder_ =
-      fs::temp_directory_path() /
-      (std::string("turbidock_") + ::testing::UnitTest::GetInstance()->current_test_info()->name() +
-       "_" + std::to_string(getpid()));
   std::string gate_;
 };
 

@@ -18,6 +18,7 @@
 #include "experiments/report/report_json.h"
 #include "sim/base/digest.h"
 #include "sim/base/random.h"
+#include "tests/support/own_folder.h"
 
 namespace turbidock::gate {
 
@@ -105,15 +106,8 @@ inline const report::Section& SectionOf(const report::Report& report, const std:
   throw std::runtime_error("no section " + title);
 }
 
-class SyntheticGate : public ::testing::Test {
+class SyntheticGate : public testing::OwnFolder {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::string File(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ / name) << text;
-    return (folder_ / name).string();
-  }
   // With these cases beside `calm` and these keys of the group.
   Gate Load(const std::string& cases = "", const std::string& keys = "",
             const std::vector<std::string>& given = {}) {
@@ -127,12 +121,6 @@ class SyntheticGate : public ::testing::Test {
         {}, config::ParseAssignments(given));
   }
   static constexpr const char* kRough = "  rough: {scenario: sea_night_active}\n";
-
-  const std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() /
-      (std::string("turbidock_gate_") +
-       ::testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
-       std::to_string(getpid()));
 };
 
 }  // namespace turbidock::gate

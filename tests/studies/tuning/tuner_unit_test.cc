@@ -23,6 +23,7 @@
 #include "experiments/studies/tuning/study.h"
 #include "sim/base/check.h"
 #include "tests/support/message_of.h"
+#include "tests/support/own_folder.h"
 
 namespace turbidock::tuning {
 namespace {
@@ -253,20 +254,7 @@ TEST(Study, ATrialCostsItsTerms) {
   EXPECT_EQ(study.CostsOf(record), (std::vector<double>{20, 0, 0}));
 }
 
-// A file of its own in a folder of its own.
-class TunerTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    folder_ =
-        std::filesystem::temp_directory_path() / ("turbidock_tuner_" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string File(const std::string& name) const { return (folder_ / name).string(); }
-
- private:
-  std::filesystem::path folder_;
-};
+using TunerTest = testing::OwnFolder;
 
 // The result but for the time it took.
 std::string TextOf(const Study& study, TuningResult result) {
