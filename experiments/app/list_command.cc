@@ -28,7 +28,7 @@ struct ListArguments {
 std::string Described(const std::string& folder, const std::string& name) {
   if (folder == "scenarios") return trial::LoadScenario(name, {}).description;
   if (folder == "studies") return tuning::LoadStudy(name).plan().title();
-  const batch::Plan plan = batch::LoadPlan(name);
+  const batch::Plan plan = folder == "gates" ? gate::LoadGate(name).plan : batch::LoadPlan(name);
   return fmt::format("{} {:>5} trials  {}", plan.settings().precision > 0 ? "up to" : "     ",
                      plan.trials(), plan.settings().description);
 }
@@ -39,7 +39,7 @@ void PrintBundled(const std::string& folder) {
 }
 
 void PrintAll() {
-  for (const char* folder : {"scenarios", "plans", "studies"}) {
+  for (const char* folder : {"scenarios", "plans", "gates", "studies"}) {
     fmt::print("{}{}\n", std::string(folder) == "scenarios" ? "" : "\n", folder);
     PrintBundled(folder);
   }
@@ -104,15 +104,16 @@ int List(const ListArguments& arguments) {
 
 void AddList(command::CommandLine& line) {
   auto [list, arguments] =
-      line.Add("list", "List the bundled scenarios, plans and studies, or the keys", &List);
+      line.Add("list", "List the bundled scenarios, plans, gates and studies, or the keys", &List);
   arguments.plugins = line.plugins();
   const command::Option what =
       list.Add("what", arguments.what,
-               "scenarios, plans, studies; keys: every key of a scenario with default, range and\n"
-               "meaning; plan-keys: of a plan; gate-keys, study-keys: of its groups `gate` and "
+               "scenarios, plans, gates, studies; keys: every key of a scenario with default, "
+               "range\n"
+               "and meaning; plan-keys: of a plan; gate-keys, study-keys: of its groups `gate` and "
                "`tuning`;\n"
                "result-keys: every key of a result with its column in a batch's file")
-          .OneOf({"all", "scenarios", "plans", "studies", "keys", "plan-keys", "gate-keys",
+          .OneOf({"all", "scenarios", "plans", "gates", "studies", "keys", "plan-keys", "gate-keys",
                   "study-keys", "result-keys"});
   list.Add("--show SCENARIO", arguments.show,
            "Instead: a scenario, bundled or a file, with every default spelt out")

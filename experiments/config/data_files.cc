@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "experiments/config/nearest_name.h"
+#include "experiments/config/yaml_node.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 
@@ -59,8 +60,12 @@ std::string AssetPath(const std::string& file) { return DataDir() + "/assets/" +
 std::vector<std::string> BundledNames(const std::string& folder) {
   std::vector<std::string> names;
   std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(AssetPath(folder), ignored))
-    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  for (const auto& entry : fs::directory_iterator(AssetPath(folder), ignored)) {
+    if (entry.path().extension() != ".yaml") continue;
+    // Baselines and scenarios stand beside the gates that name them.
+    if (folder == "gates" && !LoadYaml(entry.path().string()).Find("gate")) continue;
+    names.push_back(entry.path().stem().string());
+  }
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -72,7 +77,7 @@ std::string FindBundled(const std::string& folder, const std::string& what,
   const std::vector<std::string> bundled = BundledNames(folder);
   if (std::ranges::count(bundled, name) > 0) return AssetPath(folder + "/" + name + ".yaml");
   for (const auto& [other, command] :
-       {std::pair{"scenarios", "run"}, {"plans", "batch"}, {"studies", "tune"}})
+       {std::pair{"scenarios", "run"}, {"plans", "batch"}, {"gates", "gate"}, {"studies", "tune"}})
     if (std::ranges::count(BundledNames(other), name) > 0)
       throw ConfigError(fmt::format("{}: is one of the bundled {}, not of the {}: turbidock {} {}",
                                     name, other, folder, command, name));
