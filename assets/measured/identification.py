@@ -12,9 +12,10 @@ import time
 
 import numpy as np
 
-from turbidock import _core, identify
-from turbidock._logs import product, turned
-from turbidock._parameters import AXES, parameters_of, scenario_with, still
+from turbidock import _core
+from turbidock.logs import identify
+from turbidock.logs._log import product, turned
+from turbidock.logs._parameters import AXES, parameters_of, scenario_with, still
 from turbidock.scenario import Scenario
 
 COMMANDS_HZ, POSES_HZ, OFFSET_S, NOISE_M, NOISE_RAD = 10, 10, 0.05, 0.005, np.radians(0.5)

@@ -1,6 +1,6 @@
 #pragma once
 // The vehicle's motion at the rate of the physics, as a table that playback and identification
-// read: columns as of experiments/python/turbidock/motion.py.
+// read: columns as of experiments/python/turbidock/logs/motion.py.
 
 #include <string>
 #include <vector>

@@ -20,9 +20,10 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 import turbidock
 from conftest import QUICK
 from test_mcap import messages, place
-from turbidock import _core, identify
+from turbidock import _core, logs
+from turbidock.logs import identify
 from turbidock.frames import rotation
-from turbidock.motion import POSITION, QUATERNION, TURN_RATE, VELOCITY, read_motion
+from turbidock.logs.motion import POSITION, QUATERNION, TURN_RATE, VELOCITY, read_motion
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 START_NS = 1_700_000_000_123_456_789  # an hour of a day, which a double does not hold
@@ -141,7 +142,7 @@ def simple(tmp_path):
 
 def test_a_bag_is_a_table_of_motion_with_its_own_times(maker, tmp_path):
     a_motion(maker)
-    bag = turbidock.read_bag(maker.close(), {"motion": MOTION})
+    bag = logs.read_bag(maker.close(), {"motion": MOTION})
     table = bag.motion
     assert bag.start_ns == START_NS
     stamps = sorted({100_000_000 * i for i in range(20)} | {100_000_000 * i + 3_000_000 for i in range(20)})
@@ -173,7 +174,7 @@ def test_identify_takes_what_a_bag_gives(simple):
         simple.write("/odom", at, simple.odometry(at, *([row[column] for column in group] for group in
                                                         (POSITION, QUATERNION, VELOCITY, TURN_RATE))))
         simple.write("/thrusters", at, simple.numbers([row[column] for column in volts]))
-    bag = turbidock.read_bag(simple.close(), {"motion": {"odometry": "/odom", "commands": MOTION["commands"]}})
+    bag = logs.read_bag(simple.close(), {"motion": {"odometry": "/odom", "commands": MOTION["commands"]}})
     columns = [*POSITION, *QUATERNION, *VELOCITY, *TURN_RATE, *volts]
     assert set(bag.motion) == {"time_s", *columns}
     for column in columns:
@@ -185,10 +186,10 @@ def test_identify_takes_what_a_bag_gives(simple):
 def test_the_first_entry_counts_and_the_recorders_clock_can_be_had(simple):
     a_motion(simple)
     file = simple.close()
-    table = turbidock.read_bag(file, {"motion": {"imu": "/imu", "dvl": "/dvl", "odometry": "/odom"}}).motion
+    table = logs.read_bag(file, {"motion": {"imu": "/imu", "dvl": "/dvl", "odometry": "/odom"}}).motion
     assert np.isfinite(table["yaw_rate_rad_s"]).sum() == 100 and np.nanmax(table["roll_rate_rad_s"]) == pytest.approx(0.99)
     assert sorted(table["sway_mps"][np.isfinite(table["sway_mps"])]) == [-10 * i for i in range(9, -1, -1)]
-    bag = turbidock.read_bag(file, {"motion": {"imu": {"topic": "/imu", "clock": "log"}}})
+    bag = logs.read_bag(file, {"motion": {"imu": {"topic": "/imu", "clock": "log"}}})
     assert bag.start_ns == START_NS + 3_000_000 and np.allclose(np.diff(bag.motion["time_s"]), 0.02)
 
 
@@ -197,11 +198,11 @@ def test_axes_to_the_right_and_down_and_a_scale(simple):
     for i in range(2):
         simple.write("/turned", START_NS + i, simple.imu(START_NS + i, [0.1, 0.3, 0.5, np.sqrt(0.65)], [0, 0, 0]))
     file = simple.close()
-    turned = turbidock.read_bag(file, {"motion": {"imu": {"topic": "/turned", "axes": "frd"}}}).motion
+    turned = logs.read_bag(file, {"motion": {"imu": {"topic": "/turned", "axes": "frd"}}}).motion
     down = np.diag([1, -1, -1])
     assert np.allclose(rotation([turned[f"vehicle_q{axis}"][0] for axis in "wxyz"]),
                        down @ rotation([0.1, 0.3, 0.5, np.sqrt(0.65)]) @ down)
-    table = turbidock.read_bag(file, {"motion": {
+    table = logs.read_bag(file, {"motion": {
         "odometry": {"topic": "/odom", "axes": "frd"}, "depth": {"topic": "/depth", "scale": -2}}}).motion
     row = {column: values[0] for column, values in table.items()}
     assert [row[f"vehicle_{axis}_m"] for axis in "xyz"] == [0, -1, 2]
@@ -217,7 +218,7 @@ def test_an_imu_that_knows_no_attitude(simple):
         simple.write("/other", START_NS + i, simple.imu(START_NS + i, [0, 0, 0, 0], [1, 2, 3]))
     file = simple.close()
     for topic in ("/imu", "/other"):
-        assert set(turbidock.read_bag(file, {"motion": {"imu": topic}}).motion) == {
+        assert set(logs.read_bag(file, {"motion": {"imu": topic}}).motion) == {
             "time_s", "roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s"}
 
 
@@ -234,7 +235,7 @@ def test_a_type_of_ones_own_is_read_by_the_files_definition(tmp_path, field, col
             writer.write_message("/own", schema, {"header": {"stamp": {"sec": ns // 10**9, "nanosec": ns % 10**9}, "frame_id": ""},
                                                   "volts": [i, 10], "flow": {"u": 2 * i, "v": 5, "w": 7}}, ns + 999, ns)
         writer.finish()
-    bag = turbidock.read_bag(tmp_path / "own.mcap", {"motion": {"x": {"topic": "/own", "field": field, "columns": columns}}})
+    bag = logs.read_bag(tmp_path / "own.mcap", {"motion": {"x": {"topic": "/own", "field": field, "columns": columns}}})
     assert bag.start_ns == START_NS and list(bag.motion["time_s"]) == [0, 1, 2]
     assert np.array_equal(np.transpose([bag.motion[column] for column in columns]), want)
 
@@ -260,7 +261,7 @@ def test_images_go_through_the_estimator_and_come_back_as_mcap(maker, tmp_path):
         for side, images, late in zip(("left", "right"), sides, (0, 2_000_000)):
             maker.write(f"/{side}/info", at, maker.camera_info(at, rig, side == "right"))
             maker.write(f"/{side}/image", at + 40_000_000, maker.image(at + late, images[i], pad=5))
-    bag = turbidock.read_bag(maker.close(), IMAGES)
+    bag = logs.read_bag(maker.close(), IMAGES)
     assert bag.pairs == [(START_NS + step * i, START_NS + step * i + 2_000_000) for i in range(12)]
     assert bag.motion == {} and bag.notes == []
     folder = tmp_path / "out"
@@ -269,7 +270,7 @@ def test_images_go_through_the_estimator_and_come_back_as_mcap(maker, tmp_path):
         kept = [np.asarray(Image.open(folder / side / f"{i:06}.png")) for i in range(12)]
         assert np.array_equal(kept, images)
     assert {file.name for file in folder.iterdir()} == {"left", "right", "left.yaml", "right.yaml", "times.csv", "log.json"}
-    records = turbidock.estimate_bag(folder, scenario="sea_night_active")
+    records = logs.estimate_bag(folder, scenario="sea_night_active")
     alone = json.loads(subprocess.run([os.environ.get("PROGRAM", "build/bin/turbidock"), "estimate", "--left", folder / "left",
                                        "--right", folder / "right", "--json", "--quiet"], capture_output=True, check=True).stdout)
     assert [record["time_ns"] for record in records] == [pair[0] for pair in bag.pairs]
@@ -292,7 +293,7 @@ def test_images_go_through_the_estimator_and_come_back_as_mcap(maker, tmp_path):
         there = [motion[name][row] for name in POSITION] + body @ (model["scene"]["X_BH"][:3] + head @ records[i]["position_m"])
         assert np.allclose(there, [0, 0, -5])
     with pytest.raises(turbidock.ConfigError, match="has poses already"):
-        turbidock.estimate_bag(folder, scenario="sea_night_active")
+        logs.estimate_bag(folder, scenario="sea_night_active")
     state = messages(folder / "poses.mcap", "/state")
     assert [m.fitness for _, _, m in state] == [record["fitness"] for record in records]
     assert len(messages(folder / "poses.mcap", "/tf")) == len(detected)
@@ -314,7 +315,7 @@ def test_images_are_kept_as_they_are(simple, tmp_path, encoding):
                 given = given[:, :, :1] if encoding == "mono8" else given
                 given = np.dstack([given, np.zeros((4, 6), np.uint8)]) if "a8" in encoding else given
                 simple.write(f"/{side}/image", at, simple.image(at, given, encoding))
-    turbidock.read_bag(simple.close(), {"images": IMAGES["images"]}).save(tmp_path / "out")
+    logs.read_bag(simple.close(), {"images": IMAGES["images"]}).save(tmp_path / "out")
     kept, = (tmp_path / "out/left").glob("000001.*")
     if encoding in ("jpeg", "png"):
         assert kept.read_bytes() == file.getvalue() and kept.suffix == (".jpg" if encoding == "jpeg" else ".png")
@@ -330,7 +331,7 @@ def test_images_without_a_pair_are_left_out_and_said(simple, tmp_path):
             simple.write("/left/image", at, simple.image(at, image + i))
         if i not in (5, 6):
             simple.write("/right/image", at, simple.image(at + 30_000_000, image + i))
-    bag = turbidock.read_bag(simple.close(), {"images": IMAGES["images"]})
+    bag = logs.read_bag(simple.close(), {"images": IMAGES["images"]})
     assert [(left - START_NS) // 10**8 for left, _ in bag.pairs] == [0, 1, 2, 4, 7, 8, 9]
     assert all(right - left == 30_000_000 for left, right in bag.pairs)
     assert bag.notes == ["/left/image: 2 of 9 images have no partner within 0.050 s and are left out, the first is number 4.",
@@ -351,7 +352,7 @@ def test_an_ardusub_telemetry_log(tmp_path):
                             ardupilotmega.MAVLink_ahrs2_message(0, 0, 0, -1.5, 0, 0),
                             ardupilotmega.MAVLink_servo_output_raw_message(0, 0, 1500, 1510 + i, 0, 0, 0, 0, 0, 0)):
                 stream.write(stamp_us.to_bytes(8, "big") + message.pack(link))
-    bag = turbidock.read_bag(file, {"motion": {
+    bag = logs.read_bag(file, {"motion": {
         "attitude": {"topic": "ATTITUDE", "field": ["roll", "pitch", "yaw"], "columns": ["roll_rad", "pitch_rad", "yaw_rad"], "axes": "frd"},
         "depth": {"topic": "AHRS2", "field": "altitude", "scale": -1},
         "commands": {"topic": "SERVO_OUTPUT_RAW", "field": ["servo1_raw", "servo2_raw"], "columns": ["a_pwm_us", "b_pwm_us"]}}})
@@ -379,7 +380,7 @@ def test_an_ardusub_flight_log(tmp_path):
                          + (1600 + i).to_bytes(2, "little"))
             stream.write(bytes([0xA3, 0x95, 130]) + us.to_bytes(8, "little")
                          + b"".join(int(100 * degrees).to_bytes(2, "little", signed=True) for degrees in (10, -20, 30)))
-    bag = turbidock.read_bag(tmp_path / "dive.bin", {"motion": {
+    bag = logs.read_bag(tmp_path / "dive.bin", {"motion": {
         "attitude": {"topic": "ATT", "field": ["Roll", "Pitch", "Yaw"], "columns": ["roll_rad", "pitch_rad", "yaw_rad"],
                      "scale": np.pi / 180, "axes": "frd"},
         "commands": {"topic": "RCOU", "field": ["C1", "C2"], "columns": ["a_pwm_us", "b_pwm_us"]}}})
@@ -391,7 +392,7 @@ def test_an_ardusub_flight_log(tmp_path):
 def test_the_gap_of_a_topic_is_said(simple):
     for i in [*range(20), *range(60, 80)]:
         simple.write("/depth", START_NS + 50_000_000 * i, simple.make("std_msgs/msg/Float64", data=1.0))
-    bag = turbidock.read_bag(simple.close(), {"motion": {"depth": {"topic": "/depth", "clock": "log"}}})
+    bag = logs.read_bag(simple.close(), {"motion": {"depth": {"topic": "/depth", "clock": "log"}}})
     assert bag.notes == ["/depth: nothing for 2.05 s after 0.95 s."]
 
 
@@ -417,7 +418,7 @@ def test_bad_logs_are_one_line(simple, tmp_path):
 
     def refused(topics, of=file):
         with pytest.raises(turbidock.ConfigError) as error:
-            bag = turbidock.read_bag(of, topics)
+            bag = logs.read_bag(of, topics)
             bag.save(tmp_path / "out")
         words = str(error.value)
         assert "\n" not in words
@@ -467,7 +468,7 @@ def test_a_file_that_is_cut_off_is_one_line(tmp_path, kind, share):
     cut.write_bytes(whole[:int(share * len(whole))])
     for given in (file, cut):
         with pytest.raises(turbidock.ConfigError, match="cannot be read, cut off or no log: .") as error:
-            turbidock.read_bag(given, {"motion": MOTION})
+            logs.read_bag(given, {"motion": MOTION})
         assert "\n" not in str(error.value)
 
 
@@ -477,7 +478,7 @@ def test_the_command(simple, tmp_path):
     (tmp_path / "topics.yaml").write_text("motion: {odometry: /odom, depth: {topic: /depth, scale: -1}}\n")
 
     def command(*words):
-        return subprocess.run([sys.executable, "-c", "from turbidock import _program; _program.bag()", *map(str, words)],
+        return subprocess.run([sys.executable, "-c", "from turbidock import logs; logs.bag()", *map(str, words)],
                               capture_output=True, text=True)
 
     assert "/odom  nav_msgs/msg/Odometry" in command(file).stdout.splitlines()

@@ -19,8 +19,9 @@ from PIL import Image
 
 import turbidock
 from conftest import QUICK
+from turbidock import logs
 from turbidock.frames import rotation
-from turbidock.motion import read_motion
+from turbidock.logs.motion import read_motion
 
 HERE = pathlib.Path(__file__).parent
 POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
@@ -36,14 +37,14 @@ def recorded(folder, *sets, more=()):
 @pytest.fixture(scope="module")
 def trial(tmp_path_factory):
     folder = recorded(tmp_path_factory.mktemp("trial"), "duration_s=1.6", "camera_delay_frames=3")
-    turbidock.to_mcap(folder)
+    logs.to_mcap(folder)
     return folder
 
 
 @pytest.fixture(scope="module")
 def docked(tmp_path_factory):
     folder = recorded(tmp_path_factory.mktemp("docked"), "pose_source=true_pose")
-    turbidock.to_mcap(folder)
+    logs.to_mcap(folder)
     return folder
 
 
@@ -95,7 +96,7 @@ def test_commands_and_state_are_the_other_columns(trial):
 
 def test_steps_of_the_physics_come_along(tmp_path):
     folder = recorded(tmp_path / "steps", "pose_source=true_pose", "duration_s=0.5", more=["--motion"])
-    found, log = messages(turbidock.to_mcap(folder), "/motion"), read_motion(folder / "motion.csv")
+    found, log = messages(logs.to_mcap(folder), "/motion"), read_motion(folder / "motion.csv")
     assert len(found) == len(log["time_s"]) > 200
     assert [log_ns for log_ns, _, _ in found] == nanoseconds(log["time_s"])
     assert {field.name for field in found[0][2].DESCRIPTOR.fields} == set(log)
@@ -229,7 +230,7 @@ def test_the_reader_of_web_pages_finds_the_same(trial):
 
 
 def test_all_images_by_flying_again(tmp_path, trial):
-    file = turbidock.to_mcap(trial, tmp_path / "all.mcap", images=True)
+    file = logs.to_mcap(trial, tmp_path / "all.mcap", images=True)
     log = rows(trial)
     found = messages(file, "/right/image")
     assert [ns for _, ns, _ in found] == sorted(set(nanoseconds(log["image_time_s"])))
@@ -243,12 +244,12 @@ def test_all_images_by_flying_again(tmp_path, trial):
 
 def test_a_result_and_a_replay_of_a_batch_are_trials_too(tmp_path):
     result = turbidock.run("pool_active", seed=3, settings={**QUICK, "duration_s": 1})
-    file = turbidock.to_mcap(result, tmp_path / "result.mcap")
+    file = logs.to_mcap(result, tmp_path / "result.mcap")
     assert len(messages(file, "/tf")) == len(result.trajectory)
     turbidock.batch({"scenario": "pool_active", "seeds": 2, "set": {**QUICK, "duration_s": 1}}, tmp_path / "b.db", workers=1)
     subprocess.run([os.environ.get("PROGRAM", "build/bin/turbidock"), "replay", tmp_path / "b.db", "1", "--no-video", "--quiet",
                     "--out", tmp_path / "replay"], check=True)
-    assert len(messages(turbidock.to_mcap(tmp_path / "replay"), "/tf")) == 30
+    assert len(messages(logs.to_mcap(tmp_path / "replay"), "/tf")) == 30
 
 
 def test_the_record_of_another_trial_is_said_and_nothing_is_left(tmp_path, trial):
@@ -259,13 +260,13 @@ def test_the_record_of_another_trial_is_said_and_nothing_is_left(tmp_path, trial
     record = json.loads((copy / "result.json").read_text())
     (copy / "result.json").write_text(json.dumps(record | {"digest": "0123456789abcdef"}))
     with pytest.raises(turbidock.SimulatorFault, match="digest 0123456789abcdef, and run again"):
-        turbidock.to_mcap(copy, images=True)
+        logs.to_mcap(copy, images=True)
     assert {file.name for file in copy.iterdir()} == {"result.json", "resolved.yaml", "trajectory.csv"}
 
 
 def test_bad_input_is_one_line(tmp_path, docked):
     def command(*words):
-        done = subprocess.run([sys.executable, "-c", "from turbidock import _program; _program.mcap()", *map(str, words)],
+        done = subprocess.run([sys.executable, "-c", "from turbidock import logs; logs.mcap()", *map(str, words)],
                               capture_output=True, text=True)
         assert (done.returncode, done.stdout) == (2, "")
         line, = done.stderr.splitlines()
@@ -286,6 +287,6 @@ def test_bad_input_is_one_line(tmp_path, docked):
 
 
 def test_without_the_extra_everything_else_works_and_this_says_what_to_install():
-    code = "import sys; sys.modules['mcap'] = None; import turbidock; turbidock.keys(); turbidock.to_mcap('x')"
+    code = "import sys; sys.modules['mcap'] = None; import turbidock; turbidock.keys(); from turbidock import logs; logs.to_mcap('x')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert "ImportError: mcap" in done.stderr.splitlines()[-1] and "pip install '.[logs]'" in done.stderr.splitlines()[-1]

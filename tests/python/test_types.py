@@ -45,10 +45,11 @@ print(trial.rig.fx + 1, trial.project([[0, 0, 0.07]]).shape, trial.overlay().sha
 print(trial.frame.estimated_position - trial.frame.true_position_at_image)
 trial.save_video(pathlib.Path("film.mp4"))
 print(turbidock.dataset("detector_images", pathlib.Path("images"), depth=True, seeds=3) + 1)
-print(turbidock.to_mcap(pathlib.Path("out/run"), images=True).upper())
-bag = turbidock.read_bag(["a.bag"], {"motion": {"imu": "/imu"}})
+from turbidock import logs
+print(logs.to_mcap(pathlib.Path("out/run"), images=True).upper())
+bag = logs.read_bag(["a.bag"], {"motion": {"imu": "/imu"}})
 bag.save("log")
-print(bag.motion["time_s"].mean(), bag.pairs[0][1] + 1, turbidock.estimate_bag("log")[0]["fitness"])
+print(bag.motion["time_s"].mean(), bag.pairs[0][1] + 1, logs.estimate_bag("log")[0]["fitness"])
 trials = turbidock.batch({"seeds": 6}, "sweep.db", workers=2, seeds=6)
 print(trials.groupby("water.milk_ml_m3")["outcome"].value_counts())
 '''

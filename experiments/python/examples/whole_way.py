@@ -11,8 +11,9 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 import turbidock
-from turbidock import identify
-from turbidock.motion import POSITION, QUATERNION
+from turbidock import logs
+from turbidock.logs import identify
+from turbidock.logs.motion import POSITION, QUATERNION
 
 SCENARIO = "bluerov2_sea_night"
 # What nobody knows.
@@ -98,9 +99,9 @@ def main():
     seeds = range(1000, 1000 + given.seeds)
     poses = {} if given.cameras else QUIET
     docked({**poses, "controller": "pid"}, seeds, "before, the law knows the data")
-    turbidock.motion.write_motion(identify.plan(SCENARIO, duration_s=60, pool_m=(6, 5, 3)), "plan.csv")
+    logs.motion.write_motion(identify.plan(SCENARIO, duration_s=60, pool_m=(6, 5, 3)), "plan.csv")
     thrusters = fly("plan.csv", "flight", 1)
-    bag = turbidock.read_bag("flight", {"motion": {
+    bag = logs.read_bag("flight", {"motion": {
         "odometry": "/mocap", "commands": {"topic": "/thrusters", "columns": thrusters}}})
     fit = identify.fit(bag.motion, SCENARIO)
     print(fit)

@@ -8,9 +8,6 @@
 See README.md of experiments/python for the first ten minutes.
 """
 
-from typing import TYPE_CHECKING, Any
-
-from . import _program
 from ._core import ConfigError, PluginError, SimulatorFault
 from ._core import Frame, Observation, Reference
 from .plug_in import Controller, Estimator, Key
@@ -26,17 +23,6 @@ __all__ = [
     "Reference", "Result", "Rig", "Scenario", "SimulatorFault", "Trial", "batch", "dataset", "gate", "keys", "plans",
     "read_results", "read_series", "run", "scenarios", "version",
 ]
-
-if TYPE_CHECKING:
-    from .bags import Bag as Bag, estimate_bag as estimate_bag, read_bag as read_bag
-    from .mcap_out import to_mcap as to_mcap
-else:
-
-    def __getattr__(name: str) -> Any:  # what needs the extra `logs`
-        modules = {"Bag": "bags", "estimate_bag": "bags", "read_bag": "bags", "to_mcap": "mcap_out"}
-        if name not in modules:
-            raise AttributeError(f"turbidock has no {name}")
-        return getattr(_program.of_logs(modules[name]), name)
 
 try:
     import gymnasium as _gymnasium

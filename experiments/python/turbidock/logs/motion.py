@@ -31,7 +31,7 @@ from typing import Iterable, Mapping, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._core import ConfigError
+from .._core import ConfigError
 
 Column = npt.NDArray[np.float64]
 Motion = dict[str, Column]

@@ -9,7 +9,7 @@ from typing import Any, Mapping
 import numpy as np
 import numpy.typing as npt
 
-from .scenario import Scenario
+from ..scenario import Scenario
 
 Numbers = npt.NDArray[np.float64]
 
@@ -135,7 +135,7 @@ def scenario_with(scenario: Scenario, values: Mapping[str, float]) -> Scenario:
     settings = {f"vehicle.{key}": value for key, value in data_of(scenario, values).items()}
     if "water.x" in values:
         settings["sea.current.surface_velocity_mps"] = [values["water.x"], values["water.y"], 0.0]
-    from .scenario import assignments_of
+    from ..scenario import assignments_of
 
     made._cpp.set(assignments_of(settings))
     return made
@@ -144,7 +144,7 @@ def scenario_with(scenario: Scenario, values: Mapping[str, float]) -> Scenario:
 def still(scenario: Scenario, series: str = "") -> Scenario:
     """The scenario's vehicle in water that stands, or flows as a file has it."""
     made = scenario.copy()
-    from .scenario import assignments_of
+    from ..scenario import assignments_of
 
     made._cpp.set(assignments_of({
         "sea.state": "custom", "sea.waves": [], "sea.jonswap.significant_height_m": 0, "sea.tether.enabled": False,

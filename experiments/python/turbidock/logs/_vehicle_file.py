@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any, Mapping
 
-from .scenario import Scenario
+from ..scenario import Scenario
 
 # Which parameters are in which key.
 _TOLD = {

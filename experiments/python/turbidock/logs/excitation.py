@@ -12,11 +12,11 @@ from typing import Any, Iterator
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
-from ._logs import Log
+from .. import _core
+from ..scenario import Path, Scenario, scenario_of
+from ._log import Log
 from ._output_error import Part, Problem, reduce
 from ._parameters import Parameter, buoyancy_newton, parameters_of, still
-from .scenario import Path, Scenario, scenario_of
 
 Numbers = npt.NDArray[np.float64]
 

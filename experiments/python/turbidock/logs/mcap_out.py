@@ -45,12 +45,12 @@ from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
 from PIL import Image
 
-from . import _core
-from .frames import rotation
+from .. import _core
+from ..frames import rotation
+from ..results import Result
+from ..scenario import Path, Scenario
+from ..trial import Trial
 from .motion import Motion, read_motion
-from .results import Result
-from .scenario import Path, Scenario
-from .trial import Trial
 
 # x, y, z [m], qw, qx, qy, qz
 Place = Sequence[float]

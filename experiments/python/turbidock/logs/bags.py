@@ -22,7 +22,7 @@ and of a dive's .bin:
       commands: {topic: RCOU, field: [C1, C2, C3], columns: [t1_pwm_us, t2_pwm_us, t3_pwm_us]}
 
 Any message will do, also of a type of one's own: `field` is the way to a number, a list, a vector or a quaternion in it, or a
-list of such ways; `columns` are those of `turbidock.motion` that it fills; `scale` multiplies. With `axes: frd` (and a world
+list of such ways; `columns` are those of `turbidock.logs.motion` that it fills; `scale` multiplies. With `axes: frd` (and a world
 with z down, as ArduSub has them) y and z change their sign. Where two topics give a column, the first counts. `clock: log`
 takes the times at which messages were recorded in place of their headers', which is done in any case where there are none.
 """
@@ -48,12 +48,12 @@ from rosbags.typesys import Stores, get_typestore
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
-from ._core import ConfigError
-from ._logs import add_estimates
-from ._program import PROGRAM
+from .._core import ConfigError
+from .._program import PROGRAM
+from ..scenario import Path, Scenario, Settings, assignments_of, scenario_of
+from ._log import add_estimates
 from .mcap_out import McapFile
 from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, write_motion)
-from .scenario import Path, Scenario, Settings, assignments_of, scenario_of
 
 SIDES = ("left", "right")
 # What a name of `motion` stands for: ways to what its messages may hold, and the columns of that.
@@ -478,7 +478,7 @@ def main() -> None:
     """turbidock-bag."""
     parser = argparse.ArgumentParser(prog="turbidock-bag", description="A recorded log as `estimate` and `identify` take it.")
     parser.add_argument("files", nargs="+", help=".bag, .mcap, .db3 or a ROS 2 bag's folder, .bin or .tlog")
-    parser.add_argument("--topics", help="YAML file that says what is where (help('turbidock.bags')); none: lists topics")
+    parser.add_argument("--topics", help="YAML file that says what is where (help('turbidock.logs.bags')); none: lists topics")
     parser.add_argument("--out", help="the folder to make")
     parser.add_argument("--estimate", action="store_true", help="also find the marker in the images: poses.mcap")
     parser.add_argument("--scenario", default="", help="whose vehicle has the cameras: motion.csv gets its poses")

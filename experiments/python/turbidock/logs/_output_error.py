@@ -16,10 +16,10 @@ from typing import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
-from ._logs import STATE, Log, Sensor, Window, errors, product, rotated, turned
+from .. import _core
+from ..scenario import Scenario
+from ._log import STATE, Log, Sensor, Window, errors, product, rotated, turned
 from ._parameters import Parameter, scenario_with
-from .scenario import Scenario
 
 Numbers = npt.NDArray[np.float64]
 

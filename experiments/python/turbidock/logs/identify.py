@@ -1,9 +1,9 @@
 """From logs of commands and motion to a vehicle's parameters.
 
-    from turbidock import identify
+    from turbidock.logs import identify
 
     told = identify.inform("log.csv", "pool_active")      # before any fit: what this log can tell, and what to fly besides
-    fit = identify.fit(["log.csv"], "pool_active")        # tables of motion (turbidock.motion): files or dicts of arrays
+    fit = identify.fit(["log.csv"], "pool_active")        # tables of motion (turbidock.logs.motion): files or dicts of arrays
     print(fit)                                            # values with 95 % intervals, correlations, held-out prediction
     fit.save("mine.yaml")                                 # the vehicle's data; beside mine.xml it is `vehicle_model: mine.xml`
     turbidock.run("sea_night_active", settings=fit.settings())   # the vehicle and the laws' model of it
@@ -26,14 +26,14 @@ from typing import TYPE_CHECKING, Any, Iterable, Mapping, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
-from ._logs import Log, Window, angles_of, errors, product, turned
+from .. import _core
+from ..scenario import Path, Scenario, scenario_of
+from ._log import Log, Window, angles_of, errors, product, turned
 from ._output_error import (LEADS_ON, Linear, Numbers, Part, Problem, Reduced, correlation_time, noise, reduce, share_of_noise,
                             solve)
 from ._parameters import Parameter, data_of, parameters_of, still
 from ._vehicle_file import vehicle_yaml
 from .motion import WATER, read_motion
-from .scenario import Path, Scenario, scenario_of
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -400,7 +400,7 @@ def _misses(task: _Task, z: Numbers, held_out: float) -> Numbers:
 
 
 def plan(scenario: Scenario | Path, **options: Any) -> dict[str, Numbers]:
-    """Commands that tell most: see turbidock.excitation.plan."""
+    """Commands that tell most: see turbidock.logs.excitation.plan."""
     from .excitation import plan as make
 
     return make(scenario, **options)

@@ -10,10 +10,10 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
+from .. import _core
+from ..scenario import Scenario
 from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, has, read_motion,
                      write_motion)
-from .scenario import Scenario
 
 Numbers = npt.NDArray[np.float64]
 
