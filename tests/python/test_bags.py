@@ -223,7 +223,7 @@ def test_an_imu_that_knows_no_attitude(simple):
 
 
 @pytest.mark.parametrize("field, columns, want", [
-    ("volts", ["a_v", "b_v"], [[0, 10], [1, 10], [2, 10]]),
+    ("volts", ["a_newton", "b_newton"], [[0, 10], [1, 10], [2, 10]]),
     (["flow.u", "flow.w", "volts.1"], ["water_x_mps", "water_y_mps", "water_z_mps"], [[0, 7, 10], [2, 7, 10], [4, 7, 10]])])
 def test_a_type_of_ones_own_is_read_by_the_files_definition(tmp_path, field, columns, want):
     """In a file that mcap-ros2-support wrote, without a folder around it."""
@@ -263,7 +263,8 @@ def test_images_go_through_the_estimator_and_come_back_as_mcap(maker, tmp_path):
             maker.write(f"/{side}/image", at + 40_000_000, maker.image(at + late, images[i], pad=5))
     bag = logs.read_bag(maker.close(), IMAGES)
     assert bag.pairs == [(START_NS + step * i, START_NS + step * i + 2_000_000) for i in range(12)]
-    assert bag.motion == {} and bag.notes == []
+    assert bag.motion == {} and bag.notes == ["left and right images are 2.0 ms apart (median; 2.0 ms at most): at 0.1 m/s aside that "
+                                              "is 0.2 mm, which makes x wrong by 2 mm at 1 m."]
     folder = tmp_path / "out"
     bag.save(folder)
     for side, images in zip(("left", "right"), sides):
@@ -335,7 +336,8 @@ def test_images_without_a_pair_are_left_out_and_said(simple, tmp_path):
     assert [(left - START_NS) // 10**8 for left, _ in bag.pairs] == [0, 1, 2, 4, 7, 8, 9]
     assert all(right - left == 30_000_000 for left, right in bag.pairs)
     assert bag.notes == ["/left/image: 2 of 9 images have no partner within 0.050 s and are left out, the first is number 4.",
-                         "/right/image: 1 of 8 images have no partner within 0.050 s and are left out, the first is number 3."]
+                         "/right/image: 1 of 8 images have no partner within 0.050 s and are left out, the first is number 3.",
+                         "left and right images are 30.0 ms apart (median; 30.0 ms at most): at 0.1 m/s aside that is 3.0 mm."]
     bag.save(tmp_path / "out")
     for side in ("left", "right"):
         seen = [np.asarray(Image.open(file))[0, 0, 0] for file in sorted((tmp_path / "out" / side).iterdir())]
@@ -413,6 +415,7 @@ def test_bad_logs_are_one_line(simple, tmp_path):
     info = simple.camera_info(START_NS, turbidock.Trial("sea_night_active").rig, False)
     info.k[:] = 0
     simple.write("/zero", START_NS, info)
+    simple.write("/info", START_NS, info)
     simple.topics["/never"] = simple.writer.add_connection("/never", "std_msgs/msg/Float64", typestore=simple.store)
     file = simple.close()
 
@@ -449,10 +452,10 @@ def test_bad_logs_are_one_line(simple, tmp_path):
     assert "images has one side only" in refused({"images": {"left": "/left/image"}})
     assert "/right/image begins 0.800 s after /left/image ends" in images("/left/image", "/right/image")
     assert "no pair of images: the nearest are 0.050 s apart" in images("/left/image", "/once/image")
-    assert "encoding bayer_rggb8, must be rgb8, bgr8" in images("/raw/image", "/raw/image")
-    assert "format 'h264' is neither JPEG nor PNG" in images("/video", "/video")
+    assert "encoding bayer_rggb8, must be rgb8, bgr8" in images("/raw/image", "/left/image")
+    assert "format 'h264' is neither JPEG nor PNG" in images("/video", "/left/image")
     assert "/zero: its camera matrix is zero" in refused(
-        {"motion": {"imu": "/imu"}, "camera_info": {"left": "/zero", "right": "/zero"}})
+        {"motion": {"imu": "/imu"}, "camera_info": {"left": "/zero", "right": "/info"}})
     (tmp_path / "topics.yaml").write_text("motion: [")
     assert "topics.yaml: is no YAML" in refused(tmp_path / "topics.yaml")
     assert "nowhere: no such file" in refused({"motion": {"imu": "/imu"}}, tmp_path / "nowhere")

@@ -57,7 +57,7 @@ class Result(ResultKeys):
 
     @property
     def motion(self) -> pandas.DataFrame:
-        """A frame with a row a step of the physics (turbidock.logs.motion), of a trial that was run with `motion=True`."""
+        """A frame with a row a step of the physics (the table of motion), of a trial that was run with `motion=True`."""
         import pandas
 
         if self._motion is None:

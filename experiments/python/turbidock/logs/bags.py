@@ -22,9 +22,11 @@ and of a dive's .bin:
       commands: {topic: RCOU, field: [C1, C2, C3], columns: [t1_pwm_us, t2_pwm_us, t3_pwm_us]}
 
 Any message will do, also of a type of one's own: `field` is the way to a number, a list, a vector or a quaternion in it, or a
-list of such ways; `columns` are those of `turbidock.logs.motion` that it fills; `scale` multiplies. With `axes: frd` (and a world
+list of such ways; `columns` are those of `turbidock.logs.motion` that it fills; `scale` multiplies, then `offset` adds: commands of -1 to 1
+are volts with `scale: 2.5, offset: 2.5`. With `axes: frd` (and a world
 with z down, as ArduSub has them) y and z change their sign. Where two topics give a column, the first counts. `clock: log`
-takes the times at which messages were recorded in place of their headers', which is done in any case where there are none.
+takes the times at which messages were recorded in place of their headers', which is done in any case where there are none. Where several send under one topic, it is one's own in brackets: `XKF1[0]`, an EKF's lane;
+`/tf[base_link]`, a child frame. `types: {heron_msgs/msg/Thrust: Thrust.msg}` defines what a bag of before ROS 2 Iron does not.
 """
 
 from __future__ import annotations
@@ -38,24 +40,21 @@ import pathlib
 import shutil
 import subprocess
 import sys
-from contextlib import contextmanager
-from typing import Any, Callable, Iterable, Iterator, Mapping, Optional, Sequence, Union
+from typing import Any, Iterable, Mapping, Optional, Sequence, Union
 
 import numpy as np
-from PIL import Image
-from rosbags.highlevel import AnyReader
-from rosbags.typesys import Stores, get_typestore
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from .._core import ConfigError
 from .._program import PROGRAM
 from ..scenario import Path, Scenario, Settings, assignments_of, scenario_of
+from ._images import SIDES, apart_note, pairs_of, rig_text, write_image
 from ._log import add_estimates
+from ._reading import MAVLINK, Sources, opened, whole
 from .mcap_out import McapFile
-from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, write_motion)
+from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, without_zeros, write_motion)
 
-SIDES = ("left", "right")
 # What a name of `motion` stands for: ways to what its messages may hold, and the columns of that.
 KNOWN: Mapping[str, Sequence[tuple[Sequence[str], Sequence[str]]]] = {
     "odometry": ((("pose.pose.position", "pose.position", "transform.translation"), POSITION),
@@ -69,10 +68,6 @@ KNOWN: Mapping[str, Sequence[tuple[Sequence[str], Sequence[str]]]] = {
 TURNED = {*POSITION[1:], *QUATERNION[2:], *VELOCITY[1:], *TURN_RATE[1:], *EULER[1:], *WATER[1:]}
 COLUMNS = {*POSITION, *QUATERNION, *VELOCITY, *TURN_RATE, *EULER, *DEPTH, *WATER}
 COMMANDS = ("_v", "_pwm_us", "_newton", "_newton_m")
-MODES = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1}
-MAVLINK = "MAVLink"  # the type of ArduSub's messages, whose times are those of their log
-# Topic, when it was recorded [ns], message.
-Messages = Iterator[tuple[str, int, Any]]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -84,6 +79,7 @@ class _Entry:
     parts: Sequence[tuple[Sequence[str], Sequence[str]]]  # ways, of which the first that is there counts, and columns
     joined: bool  # instead all of the ways together
     scale: float
+    offset: float
     frd: bool
     clock: str
 
@@ -128,84 +124,18 @@ class Bag:
         number = {(self._images[side], pair[i]): (side, n) for i, side in enumerate(SIDES) for n, pair in enumerate(self.pairs)}
         for side in SIDES:
             (folder / side).mkdir()
-        with _opened(self.files) as (_, read):
-            for topic, log_ns, message in read(set(self._images.values())):
-                if at := number.get((topic, _time_of(message, log_ns, self._clock)[0])):
-                    _write_image(message, folder / at[0] / f"{at[1]:06}", topic)
+        sources = Sources(self._images.values())
+        with opened(self.files) as (_, read), whole(", ".join(self.files)):
+            for topic, source, log_ns, message in read(sources.topics()):
+                for name in sources.of(topic, source):
+                    if at := number.pop((name, _time_of(message, log_ns, self._clock)[0]), None):
+                        write_image(message, folder / at[0] / f"{at[1]:06}", topic)
+        if number:
+            raise ConfigError(f"{', '.join(self.files)}: {len(number)} images of pairs could not be written")
         with open(folder / "times.csv", "w", newline="") as file:
             rows = csv.writer(file)
             rows.writerow(["pair", "left_ns", "right_ns", "time_s"])
             rows.writerows([n, *pair, repr((pair[0] - self.start_ns) / 1e9)] for n, pair in enumerate(self.pairs))
-
-
-def _write_image(message: Any, stem: pathlib.Path, topic: str) -> None:
-    data = np.asarray(message.data, np.uint8)
-    if hasattr(message, "format"):
-        start = data[:4].tobytes()
-        kind = ".jpg" if start.startswith(b"\xff\xd8") else ".png" if start == b"\x89PNG" else ""
-        if not kind:
-            raise ConfigError(f"{topic}: an image of format '{message.format}' is neither JPEG nor PNG")
-        stem.with_suffix(kind).write_bytes(data.tobytes())
-        return
-    channels = MODES.get(message.encoding, 0)
-    if not channels:
-        raise ConfigError(f"{topic}: encoding {message.encoding}, must be {', '.join(MODES)} (image_proc makes them)")
-    if len(data) != message.height * message.step or message.step < message.width * channels:
-        raise ConfigError(f"{topic}: an image of {message.width} x {message.height} with {len(data)} bytes")
-    pixels = data.reshape(message.height, message.step)[:, :message.width * channels]
-    pixels = pixels.reshape(message.height, message.width, channels)
-    pixels = pixels[:, :, 2::-1] if message.encoding.startswith("bgr") else pixels[:, :, :3]
-    Image.fromarray(pixels.squeeze(2) if channels == 1 else pixels).save(stem.with_suffix(".png"), compress_level=1)
-
-
-@contextmanager
-def _opened(files: Sequence[str]) -> Iterator[tuple[dict[str, str], Callable[[set[str]], Messages]]]:
-    """Types by topic, and what reads their messages. ConfigError for what cannot be read."""
-    name = ", ".join(files)
-    for file in files:
-        if not os.path.exists(file):
-            raise ConfigError(f"{file}: no such file")
-    if files[0].lower().endswith((".bin", ".tlog")):
-        with _whole(name):
-            kinds = {topic: MAVLINK for topic, _, _ in _mavlink(files)}
-        yield kinds, lambda topics: (each for each in _mavlink(files) if each[0] in topics)
-        return
-    with _whole(name):
-        reader = AnyReader([pathlib.Path(file) for file in files], default_typestore=get_typestore(Stores.LATEST))
-        reader.open()
-
-    def read(topics: set[str]) -> Messages:
-        wanted = [connection for connection in reader.connections if connection.topic in topics]
-        for connection, log_ns, data in reader.messages(wanted) if wanted else ():
-            yield connection.topic, log_ns, reader.deserialize(data, connection.msgtype)
-
-    try:
-        yield {connection.topic: connection.msgtype for connection in reader.connections}, read
-    finally:
-        reader.close()
-
-
-@contextmanager
-def _whole(name: str) -> Iterator[None]:
-    """Whatever a reader's library says of a broken file, in one line."""
-    try:
-        yield
-    except (ConfigError, ImportError, KeyboardInterrupt):
-        raise
-    except Exception as error:
-        words = " ".join(str(error).split()) or type(error).__name__
-        raise ConfigError(f"{name}: cannot be read, cut off or no log: {words}") from error
-
-
-def _mavlink(files: Sequence[str]) -> Messages:
-    from pymavlink import mavutil  # type: ignore[import-untyped]
-
-    for file in files:
-        log = mavutil.mavlink_connection(file)
-        while (message := log.recv_msg()) is not None:
-            if message.get_type() != "BAD_DATA":
-                yield message.get_type(), round(1e9 * message._timestamp), message
-        log.close()
 
 
 def _time_of(message: Any, log_ns: int, clock: str) -> tuple[int, bool]:
@@ -250,7 +180,7 @@ def _numbers(entry: _Entry, message: Any, kind: str) -> dict[str, float]:
         # a driver that knows no attitude: all zero, or said by the first covariance
         if columns == QUATERNION and (not any(values) or getattr(message, "orientation_covariance", [0])[0] == -1):
             continue
-        row.update((column, (-1 if entry.frd and column in TURNED else 1) * entry.scale * value)
+        row.update((column, (-1 if entry.frd and column in TURNED else 1) * entry.scale * value + entry.offset)
                    for column, value in zip(columns, values))
     if not seen:
         ways = ", ".join(way for each, _ in entry.parts for way in each)
@@ -258,8 +188,9 @@ def _numbers(entry: _Entry, message: Any, kind: str) -> dict[str, float]:
     return row
 
 
-def _settings(topics: Union[Path, Mapping[str, Any]]) -> tuple[dict[str, str], dict[str, str], list[_Entry], str]:
-    """Images, camera_info, motion and clock of such a file, or of a dict like it."""
+def _settings(topics: Union[Path, Mapping[str, Any]]
+              ) -> tuple[dict[str, str], dict[str, str], list[_Entry], str, dict[str, str]]:
+    """Images, camera_info, motion, clock and types of such a file, or of a dict like it."""
     if isinstance(topics, Mapping):
         given: Any = topics
         name = "topics"
@@ -285,19 +216,27 @@ def _settings(topics: Union[Path, Mapping[str, Any]]) -> tuple[dict[str, str], d
             raise ConfigError(f"{name}: {path} is {value}, must be {' or '.join(allowed)}")
         return str(value)
 
-    whole = keys(given, "", ("images", "camera_info", "motion", "clock"))
-    clock = one_of(whole.get("clock", "stamp"), "clock", ("stamp", "log"))
+    def number(value: Any, path: str) -> float:
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+            raise ConfigError(f"{name}: {path} is {value}, must be a number")
+        return float(value)
+
+    given = keys(given, "", ("images", "camera_info", "motion", "clock", "types"))
+    clock = one_of(given.get("clock", "stamp"), "clock", ("stamp", "log"))
     sided: list[dict[str, str]] = []
     for of in ("images", "camera_info"):
-        sided.append({side: str(topic) for side, topic in keys(whole.get(of, {}), of, SIDES).items()})
+        sided.append({side: str(topic) for side, topic in keys(given.get(of, {}), of, SIDES).items()})
         if len(sided[-1]) == 1:
             raise ConfigError(f"{name}: {of} has one side only")
+        if len(set(sided[-1].values())) < len(sided[-1]):
+            raise ConfigError(f"{name}: {of}: {sided[-1]['left']} is given for both sides; one that has both images side by side "
+                              "must be cut into two topics first")
     entries = []
-    motion = whole.get("motion") or {}
+    motion = given.get("motion") or {}
     for key, value in keys(motion, "motion", list(motion) if isinstance(motion, Mapping) else []).items():
         path = f"motion.{key}"
         entry = {"topic": value} if isinstance(value, str) else keys(
-            value, path, ("topic", "field", "columns", "scale", "axes", "clock"))
+            value, path, ("topic", "field", "columns", "scale", "offset", "axes", "clock"))
         field, columns = entry.get("field"), entry.get("columns")
         parts = KNOWN.get(key, ())
         if field or columns:
@@ -310,12 +249,13 @@ def _settings(topics: Union[Path, Mapping[str, Any]]) -> tuple[dict[str, str], d
             if column not in COLUMNS and not str(column).endswith(COMMANDS):
                 raise ConfigError(f"{name}: {path}: {column} is no column of a table of motion")
         entries.append(_Entry(key, entry["topic"], parts, isinstance(field, list) or isinstance(field, str),
-                              float(entry.get("scale", 1)),
+                              number(entry.get("scale", 1), f"{path}.scale"), number(entry.get("offset", 0), f"{path}.offset"),
                               one_of(entry.get("axes", "flu"), f"{path}.axes", ("flu", "frd")) == "frd",
                               one_of(entry.get("clock", clock), f"{path}.clock", ("stamp", "log"))))
     if not entries and not sided[0]:
         raise ConfigError(f"{name}: names neither images nor motion")
-    return sided[0], sided[1], entries, clock
+    types = {str(kind): str(file) for kind, file in (given.get("types") or {}).items()}
+    return sided[0], sided[1], entries, clock, types
 
 
 def _check_times(topic: str, times_ns: Sequence[int], notes: list[str], start_ns: int) -> None:
@@ -326,46 +266,9 @@ def _check_times(topic: str, times_ns: Sequence[int], notes: list[str], start_ns
         at = back[0]
         raise ConfigError(f"{topic}: the clock runs backwards at message {at + 1}, by {-steps[at] / 1e9:.3f} s; "
                           "`clock: log` takes the times at which it was recorded")
-    if len(steps) and steps.max() > max(10 * np.median(steps), 0.5e9):
+    if steps.any() and steps.max() > max(10 * np.median(steps[steps > 0]), 0.5e9):
         at = steps.argmax()
         notes.append(f"{topic}: nothing for {steps[at] / 1e9:.2f} s after {(times_ns[int(at)] - start_ns) / 1e9:.2f} s.")
-
-
-def _pairs(times_ns: Mapping[str, Sequence[int]], images: Mapping[str, str], notes: list[str]) -> list[tuple[int, int]]:
-    """Images of both sides that are each other's nearest, and nearer than half a step. ConfigError for none."""
-    left, right = (np.array(times_ns[images[side]], np.int64) for side in SIDES)
-    steps = [np.median(np.diff(side)) for side in (left, right) if len(side) > 1]
-    within_ns = min(steps, default=40e6) / 2
-
-    def nearest(of: Any, to: Any) -> Any:
-        after = np.clip(np.searchsorted(to, of), 1, max(len(to) - 1, 1))
-        last = np.minimum(after, len(to) - 1)
-        return np.where(of - to[after - 1] <= abs(to[last] - of), after - 1, last)
-
-    partner, back = nearest(left, right), nearest(right, left)
-    apart = abs(right[partner] - left)
-    pairs = [(int(left[i]), int(right[j])) for i, j in enumerate(partner) if back[j] == i and apart[i] < within_ns]
-    if not pairs:
-        raise ConfigError(f"{images['left']} and {images['right']}: no pair of images: the nearest are "
-                          f"{apart.min() / 1e9:.3f} s apart, half a step is {within_ns / 1e9:.3f} s")
-    for side, every, paired in zip(SIDES, (left, right), zip(*pairs)):
-        if alone := len(every) - len(paired):
-            first = np.flatnonzero(~np.isin(every, paired))[0]
-            notes.append(f"{images[side]}: {alone} of {len(every)} images have no partner within {within_ns / 1e9:.3f} s and are "
-                         f"left out, the first is number {first}.")
-    return pairs
-
-
-def _rig_text(info: Any, topic: str) -> str:
-    """A camera_info as `estimate --rig` takes it."""
-    K, D, R, P = ([float(v) for v in getattr(info, name, getattr(info, name.lower(), ()))] for name in "KDRP")
-    if not any(K):
-        raise ConfigError(f"{topic}: its camera matrix is zero: the camera is not calibrated")
-    model, D = info.distortion_model or "plumb_bob", D or [0.0] * 5
-    return (f"# from {topic}\nimage_width: {info.width}\nimage_height: {info.height}\ndistortion_model: {model}\n"
-            + "".join(f"{key}: {{rows: {rows}, cols: {len(values) // rows}, data: {values}}}\n" for key, rows, values in
-                      (("camera_matrix", 3, K), ("distortion_coefficients", 1, D), ("rectification_matrix", 3, R),
-                       ("projection_matrix", 3, P))))
 
 
 def _table(columns: Sequence[str], rows: Mapping[int, Mapping[str, float]], start_ns: int) -> Motion:
@@ -380,30 +283,35 @@ def read_bag(files: Union[Path, Sequence[Path]], topics: Union[Path, Mapping[str
     """Reads a log, or the parts of one. `topics` is a YAML file as above, or a dict of the same. ConfigError, in one line, for
     a file that cannot be read, a topic that is not there or is empty, a clock that runs backwards, images without a pair."""
     names = [os.fspath(file) for file in ([files] if isinstance(files, (str, os.PathLike)) else files)]
-    images, infos, entries, clock = _settings(topics)
+    images, infos, entries, clock, types = _settings(topics)
     wanted = {*images.values(), *infos.values(), *(entry.topic for entry in entries)}
     clocks = {topic: clock for topic in wanted} | {entry.topic: entry.clock for entry in entries}
     times: dict[str, list[int]] = {topic: [] for topic in wanted}
     unstamped: set[str] = set()
     rows: list[tuple[_Entry, int, dict[str, float]]] = []
     rig: dict[str, Any] = {}
-    with _opened(names) as (kinds, read), _whole(", ".join(names)):
-        for topic in sorted(wanted):
+    changed: dict[str, str] = {}
+    sources = Sources(wanted)
+    with opened(names, types) as (kinds, read), whole(", ".join(names)):
+        for topic in sorted(sources.topics()):
             if topic not in kinds:
                 raise ConfigError(f"{', '.join(names)}: has no topic {topic}; it has {', '.join(sorted(kinds)) or 'none'}")
-        for topic, log_ns, message in read(wanted):
-            at, stamped = _time_of(message, log_ns, clocks[topic])
-            times[topic].append(at)
-            if clocks[topic] == "stamp" and not stamped and kinds[topic] != MAVLINK:
-                unstamped.add(topic)
-            rows += [(entry, at, _numbers(entry, message, kinds[topic])) for entry in entries if entry.topic == topic]
-            for side in (side for side, of in infos.items() if of == topic):
-                rig.setdefault(side, message)
+        for name, source, log_ns, message in read(sources.topics()):
+            for topic in sources.of(name, source):
+                at, stamped = _time_of(message, log_ns, clocks[topic])
+                times[topic].append(at)
+                if clocks[topic] == "stamp" and not stamped and kinds[name] != MAVLINK:
+                    unstamped.add(topic)
+                rows += [(entry, at, _numbers(entry, message, kinds[name])) for entry in entries if entry.topic == topic]
+                for side in (side for side, of in infos.items() if of == topic):
+                    if rig_text(rig.setdefault(side, message), topic) != rig_text(message, topic):
+                        changed[topic] = f"{topic}: changes in the log; its first is taken."
+        sources.check(", ".join(names))
     for topic in sorted(wanted):
         if not times[topic]:
             raise ConfigError(f"{', '.join(names)}: {topic} is empty")
     start_ns = min(min(each) for each in times.values())
-    notes = [f"{topic}: its messages say no time, the log's is taken." for topic in sorted(unstamped)]
+    notes = [f"{topic}: its messages say no time, the log's is taken." for topic in sorted(unstamped)] + list(changed.values())
     for topic in sorted({*images.values(), *(entry.topic for entry in entries)}):
         _check_times(topic, times[topic], notes, start_ns)
     spans = {topic: (min(each), max(each)) for topic, each in times.items() if topic not in infos.values()}
@@ -411,8 +319,10 @@ def read_bag(files: Union[Path, Sequence[Path]], topics: Union[Path, Mapping[str
     if spans[latest][0] > spans[earliest][1]:
         raise ConfigError(f"{latest} begins {(spans[latest][0] - spans[earliest][1]) / 1e9:.3f} s after {earliest} ends: "
                           "they have no time in common; `clock: log` takes the times at which they were recorded")
-    return Bag(names, start_ns, _motion(entries, rows, start_ns, notes), _pairs(times, images, notes) if images else [],
-               {side: _rig_text(info, infos[side]) for side, info in rig.items()}, notes, images, clock)
+    pairs = pairs_of(times, images, notes) if images else []
+    notes += apart_note(pairs, rig) if pairs else []
+    return Bag(names, start_ns, _motion(entries, rows, start_ns, notes), pairs,
+               {side: rig_text(info, infos[side]) for side, info in rig.items()}, notes, images, clock)
 
 
 def _motion(entries: Sequence[_Entry], rows: Iterable[tuple[_Entry, int, dict[str, float]]], start_ns: int, notes: list[str]
@@ -435,7 +345,18 @@ def _motion(entries: Sequence[_Entry], rows: Iterable[tuple[_Entry, int, dict[st
         mine = {column: value for column, value in row.items() if owner[column] == entry.name}
         if mine:
             table.setdefault(at, {}).update(mine)
-    return _table(list(owner), table, start_ns) if owner else {}
+    made, zeros = without_zeros(_table(list(owner), table, start_ns) if owner else {})
+    _check_volts(made, owner)
+    notes += zeros
+    return made
+
+
+def _check_volts(table: Motion, owner: Mapping[str, str]) -> None:
+    """ConfigError for commands that are no volts."""
+    for column, values in table.items():
+        if column.endswith("_v") and (np.nanmin(values) < 0 or np.nanmax(values) > 5):
+            raise ConfigError(f"motion.{owner[column]}: {column} is {np.nanmin(values):.3g} to {np.nanmax(values):.3g}, must be 0 to "
+                              "5 V with 2.5 neutral: commands of -1 to 1 take `scale: 2.5, offset: 2.5`")
 
 
 def estimate_bag(folder: Path, file: Path = "", *, marker: Path = "", settings: Settings = None, scenario: Scenario | Path = ""
@@ -457,8 +378,10 @@ def estimate_bag(folder: Path, file: Path = "", *, marker: Path = "", settings: 
     if done.returncode:
         raise ConfigError(done.stderr.strip().splitlines()[-1].removeprefix("turbidock: ") if done.stderr.strip() else
                           f"estimate ended with {done.returncode}")
-    sys.stderr.write(done.stderr)  # what may be wrong with the images
-    records: list[dict[str, Any]] = json.loads(done.stdout)["records"]
+    sys.stderr.write(done.stderr)
+    found = json.loads(done.stdout)
+    records: list[dict[str, Any]] = found["records"]
+    sys.stderr.writelines(f"{note}\n" for note in found["notes"])  # what may be wrong with the images
     if len(records) != len(times_ns):
         raise ConfigError(f"{at}: {len(records)} images were read of {len(times_ns)} pairs")
     with McapFile(file or at / "poses.mcap") as out:
@@ -484,7 +407,7 @@ def main() -> None:
     parser.add_argument("--scenario", default="", help="whose vehicle has the cameras: motion.csv gets its poses")
     arguments = parser.parse_args()
     if not arguments.topics:
-        with _opened(arguments.files) as (kinds, _):
+        with opened(arguments.files) as (kinds, _):
             print(*(f"{topic}  {kind}" for topic, kind in sorted(kinds.items())), sep="\n")
         return
     if not arguments.out:

@@ -117,3 +117,15 @@ def check_motion(motion: Mapping[str, npt.ArrayLike], name: str = "motion") -> M
 def has(motion: Mapping[str, npt.ArrayLike], columns: Iterable[str]) -> bool:
     """Whether each of these columns is there, with a number in it."""
     return all(column in motion and bool(np.isfinite(np.asarray(motion[column])).any()) for column in columns)
+
+
+def without_zeros(motion: Mapping[str, Column]) -> tuple[Motion, list[str]]:
+    """The table without velocities and turn rates that are zero in every row, which drivers that measure none write; and a note
+    for each. Zeros of one that really rests are no loss."""
+    kept, notes = dict(motion), []
+    for group in (VELOCITY, TURN_RATE):
+        if has(motion, group) and not any(np.nan_to_num(motion[column]).any() for column in group):
+            for column in group:
+                del kept[column]
+            notes.append(f"{', '.join(group)} are zero throughout: no measurement, left out.")
+    return kept, notes

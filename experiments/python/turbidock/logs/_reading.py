@@ -1,0 +1,161 @@
+"""Messages of logs by their topics: ROS 1, ROS 2, ArduSub.
+
+What is sent under one name by several (lanes of an EKF, IMUs, systems of a .tlog, children of /tf) is told apart by its source,
+in brackets: `XKF1[0]`, `ATTITUDE[1:1]` (system, component), `/tf[base_link]` (child frame), `/imu[imu_link]`."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+from contextlib import contextmanager
+from typing import Any, Callable, Iterable, Iterator, Mapping, Sequence
+
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from .._core import ConfigError
+
+MAVLINK = "MAVLink"  # the type of ArduSub's messages, whose times are those of their log
+# Of DataFlash messages, where the log itself does not say it (before ArduPilot 4.0).
+INSTANCES = ("I", "C", "Instance")
+# Topic, source, when it was recorded [ns], message.
+Messages = Iterator[tuple[str, str, int, Any]]
+
+
+def split(topic: str) -> tuple[str, str]:
+    """A topic and the source that is asked for, "" for any: XKF1[0]."""
+    name, bracket, source = topic.partition("[")
+    return (name, source[:-1]) if bracket and source.endswith("]") else (topic, "")
+
+
+@contextmanager
+def opened(files: Sequence[str], types: Mapping[str, str] = {}) -> Iterator[tuple[dict[str, str], Callable[[set[str]], Messages]]]:
+    """Types by topic, and what reads the messages of such topics. `types`: .msg files of types that a bag does not define.
+    ConfigError for what cannot be read."""
+    name = ", ".join(files)
+    for file in files:
+        if not os.path.exists(file):
+            raise ConfigError(f"{file}: no such file")
+    if files[0].lower().endswith((".bin", ".tlog")):
+        with whole(name):
+            kinds = {topic: MAVLINK for topic, _, _, _ in _mavlink(files)}
+        yield kinds, lambda topics: (each for each in _mavlink(files) if each[0] in topics)
+        return
+    for file in files:
+        _check_profile(file)
+    store = get_typestore(Stores.LATEST)
+    with whole(name):
+        reader = AnyReader([pathlib.Path(file) for file in files], default_typestore=store)
+        reader.open()
+        reader.typestore.register({kind: fields for kind, fields in _defined(types).items() if kind not in reader.typestore.types})
+
+    def read(topics: set[str]) -> Messages:
+        wanted = [connection for connection in reader.connections if connection.topic in topics]
+        for connection in wanted:
+            if connection.msgtype not in reader.typestore.types:
+                raise ConfigError(f"{name}: {connection.topic} is of type {connection.msgtype}, which the bag does not define (one "
+                                  f"of before ROS 2 Iron): name its file under types: {{{connection.msgtype}: FILE.msg}}")
+        for connection, log_ns, data in reader.messages(wanted) if wanted else ():
+            try:
+                message: Any = reader.deserialize(data, connection.msgtype)
+            except Exception as error:
+                raise ConfigError(f"{name}: a message of {connection.topic} is not as {connection.msgtype} is defined: "
+                                  f"{_words(error)}") from error
+            for each in message.transforms if hasattr(message, "transforms") else [message]:
+                yield connection.topic, _frame_of(each), log_ns, each
+
+    try:
+        yield {connection.topic: connection.msgtype for connection in reader.connections}, read
+    finally:
+        reader.close()
+
+
+def _frame_of(message: Any) -> str:
+    """Whose a message is: its child frame, else its frame."""
+    return getattr(message, "child_frame_id", "") or getattr(getattr(message, "header", None), "frame_id", "")
+
+
+def _defined(types: Mapping[str, str]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for kind, file in types.items():
+        try:
+            found.update(get_types_from_msg(pathlib.Path(file).read_text("utf-8"), kind))
+        except OSError as error:
+            raise ConfigError(f"{file}: {error.strerror}") from None
+        except Exception as error:
+            raise ConfigError(f"{file}: defines no {kind}: {_words(error)}") from error
+    return found
+
+
+def _check_profile(file: str) -> None:
+    """ConfigError for an MCAP whose messages are not of ROS 2."""
+    if not file.lower().endswith(".mcap"):
+        return
+    with open(file, "rb") as stream:
+        begin = stream.read(1000)
+    size = int.from_bytes(begin[17:21], "little")  # after the magic, an opcode and a record's length
+    profile = begin[21:21 + size].decode("utf-8", "replace")
+    if begin.startswith(b"\x89MCAP0\r\n\x01") and profile != "ros2":
+        raise ConfigError(f"{file}: an MCAP of profile '{profile}', must be ros2; of a trial's, turbidock-mcap --ros2 makes one")
+
+
+def _words(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+@contextmanager
+def whole(name: str) -> Iterator[None]:
+    """Whatever a reader's library says of a broken file, in one line."""
+    try:
+        yield
+    except (ConfigError, ImportError, KeyboardInterrupt):
+        raise
+    except Exception as error:
+        raise ConfigError(f"{name}: cannot be read, cut off or no log: {_words(error)}") from error
+
+
+def _mavlink(files: Sequence[str]) -> Messages:
+    from pymavlink import mavutil  # type: ignore[import-untyped]
+
+    for file in files:
+        log = mavutil.mavlink_connection(file)
+        while (message := log.recv_msg()) is not None:
+            if message.get_type() != "BAD_DATA":
+                yield message.get_type(), _sender(message), round(1e9 * message._timestamp), message
+        log.close()
+
+
+def _sender(message: Any) -> str:
+    """An instance of a DataFlash message; a system and its component of a MAVLink one, with an instance where it has one."""
+    if (layout := getattr(message, "fmt", None)) is not None:
+        instance = layout.instance_field or next((name for name in layout.columns[1:2] if name in INSTANCES), "")
+        return str(getattr(message, instance)) if instance else ""
+    instance = getattr(message, "_instance_field", None)
+    return f"{message.get_srcSystem()}:{message.get_srcComponent()}" + (f":{getattr(message, instance)}" if instance else "")
+
+
+class Sources:
+    """Who sends under the topics that are wanted, of which one each is taken."""
+
+    def __init__(self, wanted: Iterable[str]) -> None:
+        self.wanted = set(wanted)
+        self._found: dict[str, dict[str, None]] = {split(topic)[0]: {} for topic in wanted}
+
+    def topics(self) -> set[str]:
+        return set(self._found)
+
+    def of(self, topic: str, source: str) -> list[str]:
+        """What is wanted that this message is: its topic with its source, or without."""
+        self._found[topic][source] = None
+        return [name for name in (f"{topic}[{source}]", topic) if name in self.wanted]
+
+    def check(self, files: str) -> None:
+        """ConfigError for a topic with several, of which none is named, and for one that is not there."""
+        for name in sorted(self.wanted):
+            topic, source = split(name)
+            found = sorted(self._found[topic])
+            names = ", ".join(f"{topic}[{each}]" for each in found)
+            if source and found and source not in found:
+                raise ConfigError(f"{files}: has no {name}; it has {names}")
+            if not source and len(found) > 1:
+                raise ConfigError(f"{files}: {topic} comes from {len(found)} sources: say which of {names}")
