@@ -36,6 +36,15 @@ def test_a_stored_series_has_the_rows_of_the_log(tmp_path):
     assert stored.equals(alone[::10].reset_index(drop=True))
 
 
+def test_labels_stay_as_they_are(tmp_path):
+    labels = ["None", "NA", "01", "1e1", "nan"]
+    cases = {label: {"camera_delay_frames": 1 + i} for i, label in enumerate(labels)}
+    trials = turbidock.batch(plan(seeds=1, cases=cases, set={**QUICK, "duration_s": 0.5}), str(tmp_path / "b.db"), workers=2)
+    assert list(trials["case"]) == labels
+    assert trials.groupby("case").size().sum() == 5
+    assert trials["time_s"].dtype.kind in "fi" and trials["insertion_time_s"].isna().all()
+
+
 def test_a_batch_with_a_law_in_python(tmp_path):
     trials = turbidock.batch(plan(), str(tmp_path / "b.db"), workers=2, controller=CopiedController)
     for row in trials.itertuples():

@@ -178,8 +178,14 @@ def _count(workers: int | None) -> int:
 
 
 def _frame(csv: str) -> pandas.DataFrame:
+    """Labels and words stay as they are (a case may be called None, or 01); only what is empty is missing."""
     import pandas
 
     if not csv.strip():
         return pandas.DataFrame()
-    return pandas.read_csv(io.StringIO(csv)).astype({"docked": bool, "inserted": bool})
+    words = {"scenario", "case", "stratum", "outcome", "failure", "reason", "renderer", "digest", "log"} | {
+        key for key, kind, *_ in _core.keys(_core.Plugins()) if kind.split()[0] in ("text", "one", "list")}
+    header = pandas.read_csv(io.StringIO(csv), nrows=0).columns
+    frame = pandas.read_csv(io.StringIO(csv), dtype={name: str for name in header if name in words}, keep_default_na=False,
+                            na_values=[""])
+    return frame.astype({"docked": bool, "inserted": bool})
