@@ -9,7 +9,7 @@ import pytest
 
 import turbidock
 from turbidock import _core
-from turbidock.logs import _log, identify
+from turbidock.logs import _log, _rotation, identify
 from turbidock.logs._output_error import moved, solve
 from turbidock.logs.motion import POSITION, QUATERNION, read_motion, write_motion
 
@@ -73,7 +73,7 @@ def test_planted_parameters_are_found_again(simulated):
 def test_a_plot_compares_what_was_measured(simulated):
     _, log, fit = simulated
     angles = np.random.default_rng(1).uniform(-1.5, 1.5, (20, 3))
-    assert np.allclose(_log.angles_of(_log.quaternion_of(*angles.T)), angles)
+    assert np.allclose(_rotation.angles_of(_rotation.quaternion_of(*angles.T)), angles)
     for kind, (measured, predicted) in fit.compared.items():
         rate = np.sqrt(np.mean((predicted - measured) ** 2)) / fit.noise[kind]
         assert 0.9 < rate < 1.1 and np.ptp(measured) > 50 * fit.noise[kind], kind
@@ -138,7 +138,7 @@ def test_measurements_beyond_twenty_a_second_are_averaged(scenario, commands):
     rng = np.random.default_rng(3)
     time_s = np.delete(np.arange(9600) / 480, np.arange(2400, 4800))
     place = np.stack([0.3 * np.sin(time_s), 0.2 * np.cos(time_s), -1.5 + 0 * time_s], axis=1)
-    body = _log.turned(np.stack([0 * time_s, 0 * time_s, 0.5 * np.sin(time_s)], axis=1))
+    body = _rotation.turned(np.stack([0 * time_s, 0 * time_s, 0.5 * np.sin(time_s)], axis=1))
     noisy = np.concatenate([place + 0.005 * rng.standard_normal(place.shape),
                             body * rng.choice([-1, 1], (len(body), 1))], axis=1)
     thrusters = {f"{name}_v": np.full(len(time_s), 2.5) for name in _core.thrusters(scenario._cpp)}
@@ -149,7 +149,7 @@ def test_measurements_beyond_twenty_a_second_are_averaged(scenario, commands):
     assert np.std(position.values - there) == pytest.approx(0.005 / np.sqrt(24), rel=0.1)
     assert position.std == pytest.approx(0.005 / np.sqrt(24), rel=0.3)
     yaw = 0.5 * np.sin(attitude.time_s)
-    assert np.allclose(_log.angles_of(attitude.values)[:, 2], yaw, atol=3e-4)
+    assert np.allclose(_rotation.angles_of(attitude.values)[:, 2], yaw, atol=3e-4)
     slow = logs.log_of(scenario, {}, commands, rng)
     kept = np.isfinite(slow["vehicle_x_m"]).sum()
     assert len(_log.Log(slow, scenario).sensor("position").time_s) == kept

@@ -10,7 +10,7 @@ import numpy as np
 
 import turbidock
 from turbidock import _core
-from turbidock.logs import _log
+from turbidock.logs import _log, _rotation
 from turbidock.frames import rotation
 from turbidock.logs.motion import read_motion, write_motion
 
@@ -24,12 +24,12 @@ def test_estimates_join_commands_and_depth_for_identify(tmp_path):
     head = json.loads(_core.trial_model(scenario._cpp))["scene"]["X_BH"]
     rng = np.random.default_rng(2)
     time_s = np.arange(40) / 10
-    body = _log.turned(np.stack([0.05 * np.sin(time_s), 0.1 * np.cos(time_s), 0.3 * np.sin(2 * time_s)], axis=1))
+    body = _rotation.turned(np.stack([0.05 * np.sin(time_s), 0.1 * np.cos(time_s), 0.3 * np.sin(2 * time_s)], axis=1))
     place = np.stack([-2 + 0.1 * time_s, 0.2 * np.sin(time_s), -3 + 0.1 * np.cos(time_s)], axis=1)
     records = []
     for i in range(40):
         R_WH, p_WH = rotation(body[i]) @ rotation(head[3:]), place[i] + rotation(body[i]) @ head[:3]
-        turn = _log.conjugate(_log.product(body[i], np.array(head[3:])))
+        turn = _rotation.conjugate(_rotation.product(body[i], np.array(head[3:])))
         records.append({"detected": i != 7, "time_ns": START_NS + 10**8 * i, "quaternion_wxyz": turn.tolist(),
                         "position_m": (R_WH.T @ ([0, 0, -3] - p_WH)).tolist()})
     commands = {f"{name}_v": 2.5 + rng.random(40) for name in _core.thrusters(scenario._cpp)}

@@ -12,8 +12,10 @@ import numpy.typing as npt
 
 from .. import _core
 from ..scenario import Scenario
+from ._checks import check_table, check_turn_rate, check_velocity
+from ._rotation import conjugate, product, quaternion_of, rotated, turned, vector_of
 from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, has, read_motion,
-                     write_motion)
+                     without_zeros, write_motion)
 
 Numbers = npt.NDArray[np.float64]
 
@@ -42,53 +44,6 @@ class Window:
     first_s: float
     last_s: float
     rows: dict[str, npt.NDArray[np.int64]] = field(default_factory=dict)
-
-
-def quaternion_of(roll: Numbers, pitch: Numbers, yaw: Numbers) -> Numbers:
-    """w, x, y, z of Rz(yaw) Ry(pitch) Rx(roll)."""
-    cr, sr, cp, sp, cy, sy = (f(0.5 * a) for a in (roll, pitch, yaw) for f in (np.cos, np.sin))
-    return np.stack([cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy,
-                     cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy], axis=-1)
-
-
-def angles_of(q: Numbers) -> Numbers:
-    """Roll, pitch, yaw of such quaternions."""
-    w, x, y, z = (q[..., n] for n in range(4))
-    return np.stack([np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), np.arcsin(np.clip(2 * (w * y - z * x), -1, 1)),
-                     np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))], axis=-1)
-
-
-def conjugate(q: Numbers) -> Numbers:
-    return np.asarray(q * np.array([1.0, -1, -1, -1]))
-
-
-def product(a: Numbers, b: Numbers) -> Numbers:
-    """Of quaternions, w, x, y, z, along the last axis."""
-    w, x, y, z = (a[..., n] for n in range(4))
-    i, j, k, m = (b[..., n] for n in range(4))
-    return np.stack([w * i - x * j - y * k - z * m, w * j + x * i + y * m - z * k,
-                     w * k - x * m + y * i + z * j, w * m + x * k - y * j + z * i], axis=-1)
-
-
-def vector_of(q: Numbers) -> Numbers:
-    """The rotation vector of a quaternion, rad, at most half a turn."""
-    q = np.where(q[..., :1] < 0, -q, q)
-    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
-    angle = 2 * np.arctan2(sine, q[..., :1])
-    return np.asarray(q[..., 1:] * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-12), 2.0))
-
-
-def turned(v: Numbers) -> Numbers:
-    """The quaternion of a rotation vector."""
-    angle = np.linalg.norm(v, axis=-1, keepdims=True)
-    half = 0.5 * np.sinc(0.5 * angle / np.pi)
-    return np.concatenate([np.cos(0.5 * angle), half * v], axis=-1)
-
-
-def rotated(q: Numbers, v: Numbers) -> Numbers:
-    """v of B in W, by R_WB."""
-    zero = np.zeros(v.shape[:-1] + (1,))
-    return np.asarray(product(product(q, np.concatenate([zero, v], axis=-1)), conjugate(q))[..., 1:])
 
 
 def add_estimates(folder: pathlib.Path, records: Sequence[Mapping[str, Any]], scenario: Scenario) -> None:
@@ -123,7 +78,8 @@ class Log:
 
     def __init__(self, motion: Mapping[str, npt.ArrayLike], scenario: Scenario, name: str = "motion"
                  ) -> None:
-        table = check_motion(motion, name)
+        table, self.notes = without_zeros(check_motion(motion, name))
+        check_table(table, name)
         self.name = name
         self.clock_begin_s = float(table["time_s"][0])
         time_s = table["time_s"] - self.clock_begin_s
@@ -140,6 +96,22 @@ class Log:
             raise _core.ConfigError(f"{name}: has no attitude: vehicle_qw to vehicle_qz, or roll_rad, pitch_rad, yaw_rad")
         if "position" not in kinds and "velocity" not in kinds:
             raise _core.ConfigError(f"{name}: has neither positions (vehicle_x_m, ...) nor velocities (surge_mps, ...)")
+        self._compare()
+
+    def _compare(self) -> None:
+        """ConfigError for rates that contradict what they are the rates of; a gyroscope's bias is taken off and noted."""
+        position, velocity, attitude, turn_rate = (self.sensor(kind) for kind in ("position", "velocity", "attitude", "turn_rate"))
+        assert attitude is not None
+        still = (attitude.time_s, attitude.values)
+        if position is not None and velocity is not None:
+            check_velocity((position.time_s, position.values), still, (velocity.time_s, velocity.values), self.stretches(),
+                           position.std, self.name)
+        if turn_rate is not None:
+            bias = check_turn_rate(still, (turn_rate.time_s, turn_rate.values), self.stretches(), attitude.std, self.name)
+            turn_rate.values = turn_rate.values - bias
+            if bias.any():
+                self.notes.append("{}: the turn rates are biased by {:.4f}, {:.4f}, {:.4f} rad/s against the attitude; taken "
+                                  "off.".format(self.name, *bias))
 
     def sensor(self, kind: str) -> Sensor | None:
         return next((sensor for sensor in self.sensors if sensor.kind == kind), None)

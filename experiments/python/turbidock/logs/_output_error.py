@@ -18,8 +18,9 @@ import numpy.typing as npt
 
 from .. import _core
 from ..scenario import Scenario
-from ._log import STATE, Log, Sensor, Window, errors, product, rotated, turned
+from ._log import STATE, Log, Sensor, Window, errors
 from ._parameters import Parameter, scenario_with
+from ._rotation import product, rotated, turned
 
 Numbers = npt.NDArray[np.float64]
 

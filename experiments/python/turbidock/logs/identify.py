@@ -28,10 +28,11 @@ import numpy.typing as npt
 
 from .. import _core
 from ..scenario import Path, Scenario, scenario_of
-from ._log import Log, Window, angles_of, errors, product, turned
+from ._log import Log, Window, errors
 from ._output_error import (LEADS_ON, Linear, Numbers, Part, Problem, Reduced, correlation_time, noise, reduce, share_of_noise,
                             solve)
 from ._parameters import Parameter, data_of, parameters_of, still
+from ._rotation import angles_of, product, turned
 from ._vehicle_file import vehicle_yaml
 from .motion import WATER, read_motion
 

@@ -1,0 +1,81 @@
+"""Logs that make no sense are refused with the column, both figures, and what would fit; a driver's zeros are no measurement."""
+
+import numpy as np
+import pytest
+
+import turbidock
+from turbidock import _core
+from turbidock.logs import _log, _rotation
+from turbidock.logs.motion import POSITION, QUATERNION, TURN_RATE, VELOCITY
+
+TIME_S = np.arange(0, 30, 0.05)
+PLACE = np.stack([-2 + 0.4 * np.sin(TIME_S), 0.3 * np.cos(0.7 * TIME_S), -1.5 + 0.2 * np.sin(0.5 * TIME_S)], axis=1)
+ANGLES = np.stack([0.1 * np.sin(TIME_S), 0.1 * np.cos(1.1 * TIME_S), 1.5 + 0.6 * np.sin(0.6 * TIME_S)], axis=1)
+BODY = _rotation.quaternion_of(*ANGLES.T)
+WORLD_MPS = np.gradient(PLACE, TIME_S, axis=0)
+TURN = _rotation.vector_of(_rotation.product(_rotation.conjugate(BODY[:-1]), BODY[1:])) / 0.05
+RATES = np.concatenate([TURN[:1], 0.5 * (TURN[1:] + TURN[:-1]), TURN[-1:]])
+SPEEDS = _rotation.rotated(_rotation.conjugate(BODY), WORLD_MPS)
+LEVER_M = np.array([0.4, 0.1, -0.2])
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    return turbidock.Scenario("pool_active")
+
+
+def log_of(scenario, speeds=SPEEDS, rates=RATES, **columns):
+    commands = {f"{name}_v": np.full(len(TIME_S), 2.5) for name in _core.thrusters(scenario._cpp)}
+    table = {"time_s": TIME_S} | commands | dict(zip(POSITION + QUATERNION + VELOCITY + TURN_RATE,
+                                                     np.hstack([PLACE, BODY, speeds, rates]).T))
+    return _log.Log(table | columns, scenario, "log.csv")
+
+
+def test_columns_that_agree_pass_however_late_their_clock(scenario):
+    for later in (0, 0.4, -1.1):
+        speeds = np.stack([np.interp(TIME_S - later, TIME_S, column) for column in SPEEDS.T], axis=1)
+        assert log_of(scenario, speeds, depth_m=-PLACE[:, 2]).notes == []
+
+
+@pytest.mark.parametrize("speeds, fits", [
+    (WORLD_MPS, "they were along the world's axes"), (SPEEDS * [1, -1, -1], "they were along axes ahead, right, down"),
+    (SPEEDS + np.cross(RATES, LEVER_M), "they were of a point 0.40, 0.10, -0.20 m from B"),
+    (_rotation.rotated(_rotation.conjugate(BODY), WORLD_MPS - [0.2, -0.1, 0]), "through water that moves at 0.20, -0.10, 0.00 m/s")])
+def test_velocities_that_contradict_positions_are_refused_with_what_fits(scenario, speeds, fits):
+    with pytest.raises(turbidock.ConfigError, match=r"log.csv: surge_mps, .* contradict vehicle_x_m, .* \(rms\)") as error:
+        log_of(scenario, speeds)
+    words = str(error.value)
+    assert fits in words and "\n" not in words
+    taken, other = (float(words.split(between)[0].split()[-1]) for between in (" m/s (rms)", " if they"))
+    assert other < 0.3 * taken
+
+
+@pytest.mark.parametrize("rates, fits", [
+    (_rotation.rotated(BODY, RATES), "the world's axes"), (RATES * [1, -1, -1], "axes ahead, right, down"),
+    (np.degrees(RATES), "B's axes in degrees/s")])
+def test_turn_rates_that_contradict_the_attitude_are_refused(scenario, rates, fits):
+    with pytest.raises(turbidock.ConfigError, match=f"yaw_rate_rad_s contradict its attitude: .* if they were along {fits}$"):
+        log_of(scenario, rates=rates)
+
+
+def test_a_gyroscopes_bias_is_taken_off_and_said(scenario):
+    log = log_of(scenario, rates=RATES + [0.02, 0, -0.03])
+    assert log.notes == ["log.csv: the turn rates are biased by 0.0200, 0.0000, -0.0300 rad/s against the attitude; taken off."]
+    assert np.allclose(log.sensor("turn_rate").values.mean(axis=0), RATES.mean(axis=0), atol=1e-3)
+
+
+def test_zeros_are_no_measurement(scenario):
+    log = log_of(scenario, speeds=0 * SPEEDS, rates=0 * RATES)
+    assert [sensor.kind for sensor in log.sensors] == ["position", "attitude"] and len(log.notes) == 2
+
+
+@pytest.mark.parametrize("columns, words", [
+    ({"time_s": 1e3 * TIME_S}, "time_s has steps of 50: it looks like milliseconds"),
+    ({"time_s": 1.764e18 + 1e9 * TIME_S}, r"time_s has steps of 5.*e\+07: it looks like nanoseconds"),
+    ({"vehicle_z_m": PLACE[:, 2] + 3}, "vehicle_z_m is 1.55 m .*above the water"),
+    ({"depth_m": PLACE[:, 2]}, r"depth_m is -1.45 m \(median\), must be positive"),
+    ({"depth_m": -PLACE[:, 2] + 10.3}, "vehicle_z_m and depth_m differ by 10.30 m .*`offset`"),
+    ({"depth_m": -PLACE[:, 2], "vehicle_z_m": -PLACE[:, 2]}, "vehicle_z_m grows with depth_m: it points down")])
+def test_clocks_and_origins_are_named(scenario, columns, words):
+    with pytest.raises(turbidock.ConfigError, match=f"^log.csv: {words}"):
+        log_of(scenario, **columns)
