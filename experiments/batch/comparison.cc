@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <tuple>
 
 #include "experiments/batch/summary.h"
@@ -27,12 +29,21 @@ std::optional<PairedDesign> DesignOf(const std::optional<JudgeOptions>& options,
                       .most = options->max_trials};
 }
 
+constexpr const char* kFlipTitle = "Seeds that changed";
+
+// Less is worse.
+bool IsWorseBelow(const std::string& measure) {
+  const auto known =
+      std::ranges::find_if(kMeasures, [&measure](const Measure& of) { return measure == of.name; });
+  return known == kMeasures.end() || known->worse < 0;
+}
+
 // For the worse or the better, as far as it is known.
 Tone ToneOf(const Change& change) {
   if (change.verdict == Verdict::kPass) return Tone::kGood;
   if (change.verdict == Verdict::kFail) return Tone::kBad;
-  if (!change.significant || !change.is_rate()) return Tone::kNone;
-  return change.difference > 0 ? Tone::kGood : Tone::kBad;
+  if (!change.significant) return Tone::kNone;
+  return (change.difference < 0) == IsWorseBelow(change.measure) ? Tone::kBad : Tone::kGood;
 }
 
 std::string SaidOf(const Change& change) {
@@ -40,11 +51,64 @@ std::string SaidOf(const Change& change) {
   return change.significant ? "significant" : "";
 }
 
-// Less is worse.
-bool IsWorseBelow(const std::string& measure) {
-  const auto known =
-      std::ranges::find_if(kMeasures, [&measure](const Measure& of) { return measure == of.name; });
-  return known == kMeasures.end() || known->worse < 0;
+// "controller lqg" or "calm".
+std::string GroupOf(const Change& change) {
+  return change.parameters.empty() ? change.group : Named(change.parameters);
+}
+
+// Each difference with its interval, as far as it is for the worse, the worst on top: in margins
+// where there are any, else success in points and medians in per cent of those of A.
+report::Panel ChangePanel(const std::vector<Change>& changes, const Sides& sides, bool is_judged) {
+  struct Row {
+    const Change* change;
+    report::Sample at;  // y is still to come
+  };
+  std::vector<Row> rows;
+  for (const Change& c : changes) {
+    const double percent = (c.is_rate() ? 1 : std::abs(c.a.value_or(0))) / 100;
+    const double unit = c.margin.value_or(is_judged ? 0 : percent);
+    if (!c.difference || !(unit > 0)) continue;
+    const double scale = (IsWorseBelow(c.measure) ? -1 : 1) / unit;
+    report::Sample at{scale * *c.difference};
+    if (c.interval_95)
+      std::tie(at.low, at.high) =
+          std::minmax({scale * c.interval_95->low, scale * c.interval_95->high});
+    rows.push_back({&c, at});
+  }
+  std::ranges::stable_sort(rows, std::greater(), [](const Row& row) { return row.at.x; });
+  constexpr size_t kMost = 40;
+  const size_t all = rows.size();
+  rows.resize(std::min(all, kMost));
+  report::Panel panel{
+      .title = is_judged ? "" : fmt::format("points; medians in % of {}", sides.a),
+      .x = {.label = is_judged ? "change for the worse, in margins" : "change for the worse"},
+      .y = {.low = static_cast<double>(rows.size()) - 0.4, .high = -0.6},  // downwards
+      .rules = {{.at = 0, .mark = report::Mark::kLine, .is_up = true}},
+      .legend = true};
+  if (is_judged) panel.rules.push_back({.at = 1, .name = "margin", .is_up = true});
+  if (all > kMost) panel.title += fmt::format(" (the {} worst of {} rows)", kMost, all);
+  panel.series = {{.name = is_judged ? "fail" : "worse", .color = report::CurveColor(1)},
+                  {.name = is_judged ? "inconclusive" : "not significant", .color = report::kGrey},
+                  {.name = is_judged ? "pass" : "better", .color = report::CurveColor(2)}};
+  double low = 0, high = is_judged ? 1 : 0;
+  for (auto& [c, at] : rows) {
+    const Tone tone = ToneOf(*c);
+    report::Series& series = panel.series[tone == Tone::kBad ? 0 : tone == Tone::kNone ? 1 : 2];
+    at.y = static_cast<double>(panel.y.names.size());
+    low = std::fmin(std::fmin(low, at.x), at.low);  // of which one may be missing
+    high = std::fmax(std::fmax(high, at.x), at.high);
+    series.points.push_back(at);
+    series.links.push_back(fmt::format("#{}#{}", kFlipTitle, GroupOf(*c)));
+    panel.y.names.push_back(GroupOf(*c) + ": " + QuantityOf(c->measure).label);
+  }
+  panel.x.low = low - 0.04 * (high - low) - 1e-9;
+  panel.x.high = high + 0.04 * (high - low) + 1e-9;
+  for (report::Series& series : panel.series) {
+    series.mark = report::Mark::kBarsAcross;
+    series.dot_px = 8;
+  }
+  std::erase_if(panel.series, [](const report::Series& series) { return series.points.empty(); });
+  return panel;
 }
 
 }  // namespace
@@ -163,8 +227,7 @@ report::Section ChangeSection(std::vector<Change> changes, const Sides& sides) {
     if (c.interval_95)
       difference +=
           fmt::format(" [{}, {}]", change(c.interval_95->low), change(c.interval_95->high));
-    const Cell group = c.parameters.empty() ? c.group : Named(c.parameters);
-    std::vector<Cell> row = {group, quantity.Title(), text(c.a), text(c.b), difference};
+    std::vector<Cell> row = {GroupOf(c), quantity.Title(), text(c.a), text(c.b), difference};
     if (is_judged)
       row.emplace_back(c.margin ? change(IsWorseBelow(c.measure) ? -*c.margin : *c.margin) : "-");
     for (const int64_t count : {c.pairs, c.worse, c.better})
@@ -183,13 +246,13 @@ report::Section ChangeSection(std::vector<Change> changes, const Sides& sides) {
           is_judged ? " Margin: the change for the worse that matters. After: the trials after "
                       "which the verdict was known; an interval tells no more than the verdict."
                     : " Significant by Holm: 5 % over the rows of success, 5 % over all others."),
-      .table = table};
+      .table = table,
+      .panels = {ChangePanel(changes, sides, is_judged)}};
 }
 
 report::Section FlipSection(const std::vector<Flip>& flips, const Sides& sides) {
   if (flips.empty())
-    return {.title = "Seeds that changed",
-            .lines = {"None: every seed ended the same way on both sides."}};
+    return {.title = kFlipTitle, .lines = {"None: every seed ended the same way on both sides."}};
   report::Table table(
       {"<seed", "<change", "<where", "<why", "trial in " + sides.a, "trial in " + sides.b});
   const auto number = [](const std::optional<int64_t>& trial) {
@@ -199,7 +262,7 @@ report::Section FlipSection(const std::vector<Flip>& flips, const Sides& sides) 
     table.Row({Cell(std::to_string(flip.seed), Tone::kNone, flip.link),
                flip.lost ? Cell("lost", Tone::kBad) : Cell("gained", Tone::kGood), flip.group,
                report::Words(flip.why), number(flip.trial_a), number(flip.trial_b)});
-  return {.title = "Seeds that changed",
+  return {.title = kFlipTitle,
           .note = fmt::format("Lost: succeeds in {} only. Gained: in {} only. Why: how the other "
                               "side ended.",
                               sides.a, sides.b),

@@ -57,6 +57,7 @@ const std::vector<Layer>& LayersOf(Mark mark) {
       {Mark::kBand, {{"1:3:4", "filledcurves fillstyle transparent solid 0.18 noborder"}}},
       {Mark::kBars, {kBars}},
       {Mark::kLineWithBars, {{"1:2", "lines"}, kBars}},
+      {Mark::kBarsAcross, {{"1:2:3:4", "xerrorbars pointtype {dot}"}}},
       {Mark::kNone, {}}};
   return kLayers.at(mark);
 }

@@ -29,7 +29,7 @@ struct Sample {
   double low = kOpen, high = kOpen;  // ends of a band or bar
 };
 
-// Bars are of y unless they say otherwise, and have a dot at y.
+// Bars have a dot at y, and are of y; those across of x.
 enum class Mark {
   kLine,
   kDashes,
@@ -39,6 +39,7 @@ enum class Mark {
   kBand,
   kBars,
   kLineWithBars,
+  kBarsAcross,
   kNone
 };
 constexpr auto Names(Mark) {
@@ -51,6 +52,7 @@ constexpr auto Names(Mark) {
                          {kBand, "band"},
                          {kBars, "bars"},
                          {kLineWithBars, "line_with_bars"},
+                         {kBarsAcross, "bars_across"},
                          {kNone, "none"}});
 }
 

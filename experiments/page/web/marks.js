@@ -76,19 +76,25 @@ function drawLine(c, {x, y, mark}, X, Y) {
   c.setLineDash([]);
 }
 
-function drawBars(c, {x, y, low, high, width}, X, Y) {
+/** Whether low and high are of x. */
+export const isAlongX = ({mark}) => ['columns', 'bars_across'].includes(mark);
+
+function drawBars(c, series, X, Y) {
+  const {x, y, low, high, width} = series;
+  const [along, off] = isAlongX(series) ? [X, Y] : [Y, X];
   c.lineWidth = Math.min(2, width || 1.6);
   c.beginPath();
-  const line = (from, to) => {
+  const line = (...points) => {
+    const [from, to] = along === X ? points : points.map(([p, q]) => [q, p]);
     c.moveTo(...from);
     c.lineTo(...to);
   };
   for (let i = 0; i < x.length; ++i) {
     if (!finite(x[i]) || !finite(y[i]) || !finite(low?.[i])) continue;
-    const at = X.of(x[i]);
-    const ends = [Y.of(low[i]), Y.of(high[i])];
-    line([at, ends[0]], [at, ends[1]]);
-    for (const end of ends) line([at - 4, end], [at + 4, end]);
+    const at = off.of((along === X ? y : x)[i]);
+    const ends = [along.of(low[i]), along.of(high[i])];
+    line([ends[0], at], [ends[1], at]);
+    for (const end of ends) line([end, at - 4], [end, at + 4]);
   }
   c.stroke();
 }

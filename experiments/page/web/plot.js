@@ -3,7 +3,7 @@
 
 import {h, button, fill, soon} from 'page/dom.js';
 import {number} from 'page/format.js';
-import {drawSeries} from 'page/marks.js';
+import {drawSeries, isAlongX} from 'page/marks.js';
 import {lastAt} from 'page/numbers.js';
 import {listen} from 'page/pointing.js';
 import {Scale, span} from 'page/scale.js';
@@ -38,7 +38,6 @@ export class Sync {
 
 const kPaperHeight = 0.8; // of that on the screen
 const finite = Number.isFinite;
-const isAlongX = series => series.mark === 'columns'; // its low and high
 
 export class Plot {
   /**
@@ -138,7 +137,7 @@ export class Plot {
     const visit = hold => {
       for (const series of this.shownSeries()) {
         series.x.forEach(hold);
-        if (isAlongX(series)) [...series.low, ...series.high].forEach(hold);
+        if (isAlongX(series)) [...(series.low || []), ...(series.high || [])].forEach(hold);
       }
     };
     return span(this.panel.x, visit, 0.03);
@@ -162,7 +161,7 @@ export class Plot {
       if (!isSecond)
         for (const rule of this.panel.rules || []) if (!rule.is_up && rule.name) hold(rule.at);
     };
-    return span(isSecond ? this.panel.y2 : this.panel.y, visit, 0.07);
+    return span(isSecond ? this.panel.y2 : this.panel.y, visit, this.panel.equal ? 0.2 : 0.07);
   }
 
   drawNow() {
@@ -285,7 +284,10 @@ export class Plot {
     c.strokeStyle = variable('grid');
     c.lineWidth = 1;
     const write = (text, y) => this.text(text, box.left - 6, y, box.left - 6, 'right');
-    (panel.y?.names || []).forEach((name, i) => write(name, Y.of(i)));
+    (panel.y?.names || []).forEach((name, i) => {
+      write(name, Y.of(i));
+      this.line(null, Math.round(Y.of(i)) + 0.5);
+    });
     for (const value of this.yTicks) {
       const y = Math.round(Y.of(value)) + 0.5;
       this.line(null, y);

@@ -1,6 +1,7 @@
 // What mouse, finger and keys do on a plot: a point's values and what it opens, the cursor, the part that is shown.
 
 import {number} from 'page/format.js';
+import {isAlongX} from 'page/marks.js';
 
 const finite = Number.isFinite;
 const kReach_px = 24; // about a point
@@ -14,8 +15,10 @@ function nearestPoint(plot, px, py) {
     const Y = series.second ? plot.Y2 : plot.Y;
     for (let i = 0; i < x.length; ++i) {
       if (!finite(x[i]) || !finite(y[i])) continue;
-      const isIn = mark === 'columns' && px >= plot.X.of(low[i]) && px < plot.X.of(high[i]);
-      const d = isIn ? 0 : (plot.X.of(x[i]) - px) ** 2 + (Y.of(y[i]) - py) ** 2;
+      const isIn = isAlongX(series) && px >= plot.X.of(low?.[i]) && px < plot.X.of(high?.[i]);
+      const dx = isIn ? 0 : plot.X.of(x[i]) - px;
+      const dy = isIn && mark === 'columns' ? 0 : Y.of(y[i]) - py;
+      const d = dx ** 2 + dy ** 2;
       if (d >= least || (mark === 'columns' && !(isIn && y[i] > 0))) continue;
       least = d;
       best = {series, i};
@@ -47,8 +50,9 @@ function describe({panel, options}, {series, i}) {
   const part = (axis, v) => `${axis?.label ? `${axis.label} ` : ''}${value(axis, v)}`;
   const {low, high} = series;
   const span = finite(low?.[i]) ? ` [${number(low[i], 3)}, ${number(high[i], 3)}]` : '';
-  const lines = [series.name, part(panel.x, series.x[i]), part(panel.y, series.y[i]) + span];
-  return lines.filter(Boolean).join('\n');
+  const [ofX, ofY] = isAlongX(series) ? [span, ''] : ['', span];
+  const [at, is] = [part(panel.x, series.x[i]) + ofX, part(panel.y, series.y[i]) + ofY];
+  return [series.name, at, is].filter(Boolean).join('\n');
 }
 
 /** Says what a point is; null: nothing. */

@@ -2,7 +2,7 @@
 // (experiments/report/report.h). Knows no study.
 
 import {h, section} from 'page/dom.js';
-import {badge, command, head, plainTable, scrolled} from 'page/parts.js';
+import {badge, command, head, plainTable, reveal, scrolled} from 'page/parts.js';
 import {Plot, Sync} from 'page/plot.js';
 import {openTrials} from 'page/trial.js';
 
@@ -24,7 +24,11 @@ export function drawSections(host, model) {
   const view = {
     model,
     plots: [],
-    open: id => model.links[id] && openTrials(detail, model.links[id]),
+    open: id => {
+      if (placeOf(id, model)) goTo(id);
+      else if (model.links[id]) openTrials(detail, model.links[id]);
+    },
+    isLink: id => Boolean(model.links[id] || placeOf(id, model)),
   };
   const sections = model.sections.map(part => drawSection(part, view));
   for (const [name, jpeg] of Object.entries(model.pictures || {}))
@@ -42,6 +46,18 @@ export function drawSections(host, model) {
   return view;
 }
 
+/** "#TITLE#WORDS" is a section of the page and, in it, the first row with these words. */
+const placeOf = (id, {sections}) =>
+  String(id).startsWith('#') &&
+  sections.find(({title, table}) => table && title === id.split('#')[1]);
+
+function goTo(id) {
+  const [, title, words] = id.split('#');
+  const place = document.querySelector(`section[aria-label="${title}"]`);
+  const rows = [...place.querySelectorAll('tbody tr')];
+  reveal(rows.find(row => row.textContent.includes(words)) || place);
+}
+
 function drawSection(part, view) {
   const {title, note, lines, table, panels, stacked, commands = []} = part;
   const wide = part.wide || Boolean(table);
@@ -55,16 +71,16 @@ function drawSection(part, view) {
           lines.map(line => h('li', {}, line)),
         )
       : null,
-    table ? plainTable(linked(table, view)) : null,
     panels?.length ? drawPanels(panels, {stacked, wide}, view) : null,
+    table ? plainTable(linked(table, view)) : null,
     commands.map(command),
   );
 }
 
 /** The table with what its links open. */
-function linked({columns, rows}, {model, open}) {
+function linked({columns, rows}, {isLink, open}) {
   const cell = value =>
-    model.links[value?.link]
+    isLink(value?.link)
       ? {...value, title: `show ${value.text}`, onclick: () => open(value.link)}
       : value;
   return {columns, rows: rows.map(row => row.map(cell))};
@@ -77,12 +93,15 @@ function drawPanels(panels, {stacked, wide}, view) {
     'div',
     {class: stacked ? 'traces' : isBroad ? 'plots two' : 'plots'},
     panels.map(panel => {
-      const height = panel.has_axes === false ? 24 : stacked ? 150 : kHeight;
+      const rows = panel.y?.names?.length;
+      const height = rows ? 50 + 24 * rows : stacked ? 150 : panel.equal ? 360 : kHeight;
       const cell = h('div');
-      const onPick = panel.series.some(series => series.links?.length)
-        ? (series, i) => view.open(series.links?.[i])
+      const onPick = panel.series.some(series => series.links?.some(view.isLink))
+        ? (series, i) => view.open(series.links[i])
         : null;
       view.plots.push(new Plot(cell, panel, {height, onPick, sync}));
+      if (onPick)
+        cell.append(h('p', {class: 'note hint'}, 'A click shows what is behind a point.'));
       return cell;
     }),
   );

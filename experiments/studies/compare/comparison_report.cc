@@ -52,31 +52,6 @@ report::Section FlipsOf(const Comparison& comparison) {
   return section;
 }
 
-// A place on the axis for each group. One parameter says itself under the axis.
-report::Section DifferencePlot(const Comparison& comparison) {
-  const std::vector<std::string>& by = comparison.options.by;
-  const bool is_one = by.size() == 1;
-  report::Axis x{.label = is_one ? batch::NameOfKey(by[0]).Title() : ""};
-  report::Series series{.color = report::CurveColor(2), .mark = report::Mark::kBars, .dot_px = 8};
-  double lowest = 0, highest = 0;
-  for (const batch::Change& c : comparison.changes) {
-    if (!c.is_rate()) continue;
-    const auto at = static_cast<double>(x.names.size());
-    x.names.push_back(c.parameters.empty() ? c.group
-                      : is_one             ? batch::ValueText(by[0], c.parameters[0].value)
-                                           : batch::Named(c.parameters));
-    series.points.push_back(report::SampleWithin(at, *c.difference, *c.interval_95, /*unit=*/100));
-    lowest = std::min(lowest, series.points.back().low);
-    highest = std::max(highest, series.points.back().high);
-  }
-  return {.title = "Difference in success",
-          .note = "In points of per cent, with 95 % intervals.",
-          .panels = {{.x = x,
-                      .y = {"B less A, points", lowest - 4, highest + 4},
-                      .series = {series},
-                      .rules = {{.at = 0, .mark = report::Mark::kLine}}}}};
-}
-
 // Of all pairs; --by adds rows, and changes nothing.
 report::Verdict VerdictOf(const batch::Change& all, bool could_tell) {
   std::string reason =
@@ -115,8 +90,8 @@ report::Report ReportOf(const Comparison& comparison) {
           .title = fmt::format("{} against {}", comparison.b, comparison.a),
           .verdict = VerdictOf(comparison.all(), comparison.least_difference_seen.has_value()),
           .facts = FactsOf(comparison),
-          .sections = {DifferencesSection(comparison), DifferencePlot(comparison),
-                       batch::ChangeSection(comparison.changes, {}), FlipsOf(comparison)}};
+          .sections = {DifferencesSection(comparison), batch::ChangeSection(comparison.changes, {}),
+                       FlipsOf(comparison)}};
 }
 
 }  // namespace turbidock::compare

@@ -20,10 +20,10 @@ const kKinds = {
   none: {plots: 2},
   single: {plots: 2},
   compare: {plots: 1},
-  tuning: {plots: 1},
+  tuning: {plots: 3},
   steps: {plots: 16},
   vehicle: {plots: 3},
-  gate: {plots: 0},
+  gate: {plots: 1},
   recognition: {plots: 2},
 };
 
@@ -326,6 +326,11 @@ test('a gate: a click on a seed that no longer docks shows its trial', async () 
   assert.match(await page.locator('.badge').first().innerText(), /fail/);
   const seeds = page.getByRole('button', {name: /^\d{10,}$/});
   assert.equal(await seeds.count(), 5, 'every seed that changed');
+  // the picture leads there
+  const picture = page.locator('section[aria-label="What changed"] canvas');
+  await picture.press('ArrowRight');
+  await picture.press('Enter');
+  assert.equal(await page.evaluate(() => document.activeElement.cells[2].textContent), 'short');
   const seed = await seeds.first().innerText();
   await seeds.first().click();
   await page.waitForSelector('#linked .traces canvas');

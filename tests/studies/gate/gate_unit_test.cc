@@ -52,6 +52,10 @@ TEST_F(GateVerdict, TheReportSaysWhichLossEachConditionNotices) {
   const GateReport report = Judge(gate, Measure(gate, DocksAt(0.95)), DocksAt(0.95));
   const report::Report shown = ReportOf(report);
   EXPECT_THAT(SectionOf(shown, "What changed").table->Text(), HasSubstr("-10 "));
+  const report::Panel& picture = SectionOf(shown, "What changed").panels.at(0);
+  EXPECT_EQ(picture.x.label, "change for the worse, in margins");
+  EXPECT_EQ(picture.y.names.size(), 6u) << "three measures of two conditions";
+  EXPECT_EQ(picture.rules[1].at, 1) << "the margin";
   const auto& rows = SectionOf(shown, "Conditions").table->rows();
   for (size_t i = 0; i < 2; ++i)
     EXPECT_EQ(rows[i].back().text,
