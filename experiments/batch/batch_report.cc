@@ -116,7 +116,7 @@ std::vector<report::Fact> FactsOf(const BatchSummary& summary) {
         {"precision", fmt::format("{:g} % in {} of {} cells", 100 * *summary.rule.precision,
                                   scheduler.reached(), scheduler.cells())});
   if (all.trials == 0) return facts;
-  facts.push_back({"success", RateText(all), "95 % interval, Wilson's over the plan's strata"});
+  facts.push_back({"success", RateText(all), "interval: " + IntervalText({all})});
   if (all.successes > 0)
     facts.push_back({"time to dock", report::Fixed(all.time_to_dock_s.median, 1) + " s", "median"});
   const auto mm = [](const Spread& spread) {

@@ -152,6 +152,13 @@ std::string ValueText(const std::string& key, const std::string& value) {
              : value;
 }
 
+std::string IntervalText(const std::vector<GroupSummary>& groups) {
+  const bool has_strata = std::ranges::any_of(groups, [](const GroupSummary& g) {
+    return g.wilson.AsList() != statistics::WilsonInterval(g.successes, g.trials).AsList();
+  });
+  return std::string("95 %, Wilson's") + (has_strata ? " over the plan's strata" : "");
+}
+
 report::Section GroupSection(const std::vector<std::string>& keys,
                              const std::vector<GroupSummary>& groups,
                              const std::optional<double>& precision) {
@@ -182,15 +189,15 @@ report::Section GroupSection(const std::vector<std::string>& keys,
     row.emplace_back(FailureText(group));
     table.Row(std::move(row));
   }
-  return {.title = keys.empty() ? "All trials" : fmt::format("By {}", fmt::join(names, ", ")),
-          .note =
-              "Interval: 95 %, of the success rate in %, Wilson's over the plan's strata, if any. "
-              "Off: distance of the estimated from the true position once docked. Others: median "
-              "[10 %, 90 %]." +
+  return {
+      .title = keys.empty() ? "All trials" : fmt::format("By {}", fmt::join(names, ", ")),
+      .note = "Interval: " + IntervalText(groups) +
+              ", of the success rate in %. Off: distance of the estimated from the true position "
+              "once docked. Others: median [10 %, 90 %]." +
               (precision ? fmt::format(" Half width: of the interval, to be at most {:g} %.",
                                        100 * *precision)
                          : ""),
-          .table = table};
+      .table = table};
 }
 
 report::Json GroupsJson(const std::vector<std::string>& keys,
@@ -209,7 +216,13 @@ namespace {
 
 // "falls to 50 % at 62.1 [58.3, 66] ml/m³", or that it does not.
 std::string CrossingText(const SuccessCurve& curve, const report::Quantity& x) {
-  if (!curve.fit) return "does not cross 50 % within the values tried";
+  if (!curve.fit) {
+    const auto [low, high] = std::ranges::minmax(
+        curve.points, {}, [](const SuccessPoint& p) { return p.trials.rate(); });
+    if (low.trials.rate() > 0.5) return "above 50 % everywhere";
+    if (high.trials.rate() < 0.5) return "below 50 % everywhere";
+    return "has no trend that crosses 50 % within the values tried";
+  }
   return fmt::format(
       "{} to 50 % at {}", curve.fit->slope < 0 ? "falls" : "rises",
       x.Text(fmt::format("{:.3g} [{:.3g}, {:.3g}]", x.factor * curve.fit->half_x,
@@ -290,13 +303,16 @@ report::Section SuccessSection(const std::string& over, const std::vector<std::s
   std::vector<std::string> names;
   names.reserve(by.size());
   for (const std::string& key : by) names.push_back(NameOfKey(key).label);
+  std::vector<GroupSummary> groups;
+  for (const SuccessCurve& curve : curves)
+    for (const SuccessPoint& point : curve.points) groups.push_back(point.trials);
   report::Section section{
       .title = fmt::format("Success over {}{}", x.label,
                            by.empty() ? "" : fmt::format(", by {}", fmt::join(names, ", "))),
       .note =
-          "Points: the values that were run, with 95 % intervals (Wilson's, over the plan's "
-          "strata, if any). Dashed, between them: a logistic curve fitted with Firth's "
-          "correction, of which the 50 % point is."};
+          "Points: the values that were run, with intervals (" + IntervalText(groups) +
+          "). Dashed, between them: a logistic curve fitted with Firth's correction, of which the "
+          "50 % point is."};
   if (curves.empty()) return section;
   for (const SuccessCurve& curve : curves)
     section.lines.push_back(

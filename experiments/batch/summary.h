@@ -47,6 +47,9 @@ struct GroupSummary {
 // "12 collision, 3 timeout": the most frequent first.
 std::string FailureText(const GroupSummary& group);
 
+// What their intervals are: "95 %, Wilson's", and over strata where that makes a difference.
+std::string IntervalText(const std::vector<GroupSummary>& groups);
+
 // Whether values stand before others in a table: numbers in their order, before words in theirs.
 bool LessByValue(const std::vector<std::string>& a, const std::vector<std::string>& b);
 

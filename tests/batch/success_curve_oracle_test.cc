@@ -87,7 +87,7 @@ TEST(SuccessCurve, SaysWhetherSuccessFallsOrRises) {
   EXPECT_THAT(text("0", "20"), HasSubstr("success falls to 50 % at 10 ["));
   EXPECT_THAT(text("0", "20"), HasSubstr("] ml/m³"));
   EXPECT_THAT(text("20", "0"), HasSubstr("rises to 50 % at 10 ["));
-  EXPECT_EQ(text("20", "20"), "success does not cross 50 % within the values tried");
+  EXPECT_EQ(text("20", "20"), "success has no trend that crosses 50 % within the values tried");
 }
 
 TEST(SuccessCurve, IntervalsAreOverTheStrataOfWholeCells) {
