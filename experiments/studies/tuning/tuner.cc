@@ -340,6 +340,7 @@ class Tuning {
     record.replaced = !done[best].given_up && costs[best] < record.incumbent &&
                       done[best].gains != incumbent_.gains && Replaces(generation, done[best]);
     if (record.replaced) result_.tuned = done[best].gains;
+    for (size_t i = 0; i < done.size(); ++i) record.tried.push_back({done[i].gains, costs[i]});
     record.trials = evaluations_.trials();
     record.gains = result_.tuned;
     result_.generations.push_back(record);

@@ -19,6 +19,12 @@
 
 namespace turbidock::tuning {
 
+// A candidate and its cost.
+struct Tried {
+  Gains gains;
+  double cost = 0;
+};
+
 // What a generation brought.
 struct GenerationRecord {
   int generation = 0;
@@ -29,6 +35,7 @@ struct GenerationRecord {
   double incumbent_success = 0;  // share
   bool replaced = false;         // a candidate took the incumbent's place
   Gains gains{};                 // the incumbent's after it
+  std::vector<Tried> tried{};
 
   TURBIDOCK_FIELDS(generation, candidates, given_up, trials, best, median, incumbent,
                    incumbent_success, replaced, gains)

@@ -4,6 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "experiments/batch/summary.h"
 #include "experiments/report/table.h"
@@ -69,16 +70,12 @@ report::Section HeldOutSection(const TuningSettings& settings, const HeldOut& he
   return section;
 }
 
-// As far as the search goes: a start that is far worse does not squeeze it.
-report::Axis CostAxis(const std::vector<GenerationRecord>& generations) {
-  double low = generations.back().incumbent, high = low;
-  for (size_t i = 1; i < generations.size(); ++i) {
-    low = std::min({low, generations[i].best, generations[i].incumbent});
-    high = std::max({high, generations[i].best, generations[i].incumbent});
-  }
-  if (low == high) return {.label = "cost of a trial"};
-  const double margin = 0.1 * (high - low);
-  return {.label = "cost of a trial", .low = low - margin, .high = high + margin};
+// Logarithmic where the costs differ much: a start or a candidate that is far worse squeezes
+// nothing.
+report::Axis CostAxis(const std::string& label, const std::vector<double>& costs) {
+  if (costs.empty()) return {.label = label};
+  const auto [low, high] = std::ranges::minmax(costs);
+  return {.label = label, .logarithmic = low > 0 && high > 10 * low};
 }
 
 report::Section ConvergenceSection(const TuningResult& result) {
@@ -87,20 +84,68 @@ report::Section ConvergenceSection(const TuningResult& result) {
     return report::SamplesOf(result.generations, &G::trials, of);
   };
   const auto replaced = [](const G& g) { return g.replaced ? g.best : report::kOpen; };
+  std::vector<double> costs;
+  for (const G& g : result.generations) costs.insert(costs.end(), {g.best, g.median, g.incumbent});
   return {
       .title = "Convergence",
-      .note = fmt::format("The start costs {:.2f}.", result.generations.front().incumbent),
-      .panels = {
-          {.title = "cost",
-           .x = {"trials"},
-           .y = CostAxis(result.generations),
-           .series = {{"median of the generation", over_trials(&G::median), report::kGrey},
-                      {"its best", over_trials(&G::best), report::CurveColor(0),
-                       Mark::kLineWithDots},
-                      {"incumbent, same trials", over_trials(&G::incumbent), report::CurveColor(2)},
-                      {"takes its place", over_trials(replaced), report::CurveColor(1),
-                       Mark::kRings, 2, 11}},
-           .legend = true}}};
+      .note = fmt::format("The start costs {:.2f}. Every generation has seeds of its own, so that "
+                          "the same gains cost more in one than in another; within one, all run "
+                          "the same trials.",
+                          result.generations.front().incumbent),
+      .panels = {{.x = {"trials"},
+                  .y = CostAxis("cost of a trial", costs),
+                  .series = {{"median of the generation", over_trials(&G::median), report::kGrey,
+                              Mark::kLineWithDots},
+                             {"its best", over_trials(&G::best), report::CurveColor(0),
+                              Mark::kLineWithDots},
+                             {"incumbent, same trials", over_trials(&G::incumbent),
+                              report::CurveColor(2), Mark::kLineWithDots},
+                             {"takes its place", over_trials(replaced), report::CurveColor(1),
+                              Mark::kRings, 2, 11}},
+                  .legend = true}},
+      .wide = true};
+}
+
+// The whole range that is searched, and a little more.
+report::Axis RangeAxis(const report::Quantity& name, const GainRange& gain) {
+  const bool is_log = gain.scale == Scale::kLog;
+  const double more = 0.03 * (is_log ? std::log(gain.high / gain.low) : gain.high - gain.low);
+  const double low = is_log ? gain.low * std::exp(-more) : gain.low - more,
+               high = is_log ? gain.high * std::exp(more) : gain.high + more;
+  return {name.Title(), name.factor * low, name.factor * high, is_log};
+}
+
+// Of every candidate, against the incumbent on the same trials: what is told of different seeds can
+// be compared.
+report::Section CostOverGainsSection(const Study& study, const TuningResult& result) {
+  report::Section section{.title = "Cost over each gain",
+                          .note =
+                              "Every candidate: its cost, of that of the incumbent on the same "
+                              "trials; below 1 it is better. Dashed: the start; line: the best "
+                              "so far.",
+                          .wide = true};
+  for (size_t i = 0; i < result.start.size(); ++i) {
+    const GainRange& gain = study.settings().gains[i];
+    const report::Quantity name = batch::NameOfKey(gain.key);
+    std::vector<report::Sample> points;
+    std::vector<double> costs;
+    for (const GenerationRecord& g : result.generations)
+      for (const Tried& tried : g.tried) {
+        costs.push_back(tried.cost / g.incumbent);
+        points.push_back({name.factor * tried.gains[i], costs.back()});
+      }
+    section.panels.push_back({.title = name.label,
+                              .x = RangeAxis(name, gain),
+                              .y = CostAxis("cost, of the incumbent's", costs),
+                              .series = {{"", points, report::CurveColor(0), Mark::kRings}},
+                              .rules = {{1},
+                                        {.at = name.factor * result.start[i], .is_up = true},
+                                        {.at = name.factor * result.tuned[i],
+                                         .color = report::CurveColor(1),
+                                         .mark = Mark::kLine,
+                                         .is_up = true}}});
+  }
+  return section;
 }
 
 report::Section CostSection(const TuningSettings& settings,
@@ -173,7 +218,10 @@ report::Report ReportOf(const Study& study, const TuningResult& result) {
                         .verdict = VerdictOf(study, result),
                         .facts = FactsOf(study, result)};
   if (result.held_out) report.sections.push_back(HeldOutSection(settings, *result.held_out));
-  if (!result.generations.empty()) report.sections.push_back(ConvergenceSection(result));
+  if (!result.generations.empty()) {
+    report.sections.push_back(ConvergenceSection(result));
+    report.sections.push_back(CostOverGainsSection(study, result));
+  }
   report.sections.push_back(GainsSection(study, result));
   report.sections.push_back(CostSection(settings, result.held_out));
   return report;

@@ -488,11 +488,27 @@ TEST(TuningReport, ShowsTheCostOverTheTrialsAndWhatItIs) {
   EXPECT_EQ(series[1].points[1].y, 16);
   EXPECT_FALSE(std::isfinite(series[3].points[1].y)) << "nothing was replaced";
   EXPECT_EQ(series[3].points[2].y, 16);
-  // a start that is far worse does not squeeze it
-  for (const size_t g : {1u, 2u}) result.generations[g].incumbent = 20;
-  result.generations[0].best = result.generations[0].incumbent = 400;
-  EXPECT_LT(convergence().panels[0].y.high, 30);
-  EXPECT_GT(convergence().panels[0].y.low, 10);
+  // a start that is far worse is shown, and squeezes nothing
+  for (GenerationRecord& generation : result.generations)
+    generation.median = generation.incumbent = 20;
+  EXPECT_FALSE(convergence().panels[0].y.logarithmic);
+  result.generations[1].median = 197;
+  EXPECT_TRUE(convergence().panels[0].y.logarithmic);
+  EXPECT_FALSE(std::isfinite(convergence().panels[0].y.high));
+}
+
+TEST(TuningReport, ShowsTheCostOfEveryCandidateOverEachGain) {
+  const Study study = StudyOf(kHead + kTrials + kGains + kObjective + kFast);
+  TuningResult result = Found(study, 2, -1, 0.5);
+  for (GenerationRecord& generation : result.generations) generation.incumbent = 20;
+  result.generations[1].tried = {{{0.5}, 30}, {{1.5}, 10}};
+  const report::Section section = ReportOf(study, result).sections[2];
+  ASSERT_EQ(section.panels.size(), 1u);
+  const report::Panel& panel = section.panels[0];
+  ASSERT_EQ(panel.series[0].points.size(), 2u);
+  EXPECT_EQ(panel.series[0].points[1].x, 1.5);
+  EXPECT_EQ(panel.series[0].points[1].y, 0.5) << "half of what the incumbent costs";
+  EXPECT_EQ(panel.rules[2].at, 1.5) << "the best so far";
 }
 
 TEST(TuningReport, SaysInEveryFormWhatTheTunedGainsDoOnHeldOutSeeds) {
