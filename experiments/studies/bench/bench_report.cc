@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "experiments/studies/bench/bench.h"
 #include "experiments/system/build_info.h"
 
@@ -39,7 +41,7 @@ report::Table TableOf(const Json& scenarios) {
     table.Row(std::move(cells));
   };
   for (const auto& [stage, name] : EnumNames<LoopStage>::kNames)
-    row(fmt::format("{}, ms", name), fmt::format("/stages_ms/{}", name), 2);
+    row(report::Words(name) + ", ms", fmt::format("/stages_ms/{}", name), 2);
   row("frame, ms", "/frame_ms", 2);
   row("bare rendering, ms", "/bare_render_ms", 2);
   row("ratio to bare rendering", "/ratio_to_bare_render", 2);
@@ -53,15 +55,26 @@ report::Table TableOf(const Json& scenarios) {
 }  // namespace
 
 report::Report ReportOf(const Json& result) {
+  const Json& scenarios = result["scenarios"];
+  const auto factor_of = [](const Json& of) { return of["real_time_factor"].get<double>(); };
+  const double least = factor_of(*std::ranges::min_element(scenarios, {}, factor_of));
+  const auto repeats = result["repeats"].get<int>();
+  std::string reason = fmt::format("{:.2f} times real time", least);
+  if (scenarios.size() > 1)
+    reason += fmt::format(" in the slowest of {} scenarios, {:.2f} over all their frames together",
+                          scenarios.size(), factor_of(result));
   return {.kind = "bench",
           .title = "Speed of the closed loop",
           .build = result["version"],
+          .verdict = {least >= 1 ? "faster than real time" : "slower than real time",
+                      least >= 1 ? report::Tone::kGood : report::Tone::kNone, reason + "."},
           .facts = {{"a frame", Fixed(result["frame_ms"].get<double>(), 1) + " ms",
-                     Fixed(result["real_time_factor"].get<double>(), 1) + " times real time"},
+                     "both cameras and all that follows from them"},
                     {"ratio to bare rendering",
                      Fixed(result["ratio_to_bare_render"].get<double>(), 2), result["renderer"]}},
           .sections = {{.title = "Times of a frame",
-                        .note = fmt::format("Median of {} repeats.", result["repeats"].get<int>()),
+                        .note = repeats == 1 ? "Of one repeat."
+                                             : fmt::format("Median of {} repeats.", repeats),
                         .table = TableOf(result["scenarios"])}}};
 }
 

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -38,6 +39,20 @@ report::Table TableOf(const std::vector<AxisResponse>& responses) {
                report::Fixed(loop.gain_margin, 2), scaled(loop.delay_margin_s, 1000, 0),
                report::Fixed(loop.sensitivity_peak, 2)});
   return table;
+}
+
+// Leaves a gain margin of M / (M - 1) = 2 and a phase margin of 2 asin(1 / 2M) = 29 degrees.
+constexpr double kMostSensitivity = 2;
+
+report::Verdict VerdictOf(const std::vector<AxisResponse>& responses) {
+  const AxisResponse& worst = *std::ranges::max_element(
+      responses, {}, [](const AxisResponse& r) { return r.loop.sensitivity_peak; });
+  const bool is_robust = worst.loop.sensitivity_peak <= kMostSensitivity;
+  return {
+      is_robust ? "robust" : "little robust", is_robust ? report::Tone::kGood : report::Tone::kBad,
+      fmt::format("The peak of S is {:.2f} at most, on {}. Up to {:g} leaves a gain margin of 2 "
+                  "and a phase margin of 29°.",
+                  worst.loop.sensitivity_peak, AxisName(worst.axis), kMostSensitivity)};
 }
 
 // How far it moved from rest, where it should be, and the demand.
@@ -108,6 +123,7 @@ report::Report ReportOf(const trial::Scenario& scenario,
       .kind = "step_response",
       .title = fmt::format("{}: {}", scenario.description, scenario.controller_name()),
       .build = system::VersionAndCommit(),
+      .verdict = VerdictOf(responses),
       .facts = {{"controller", scenario.controller_name()},
                 {"poses from", by_cameras ? "the cameras" : "the truth"},
                 {"push", fmt::format("{:g} N", kPush_newton), "steady; of yaw 0.1 N m"},
@@ -122,7 +138,7 @@ report::Report ReportOf(const trial::Scenario& scenario,
   report.sections = {{.title = "Answers and margins",
                       .note = "In still water. Rise from 10 to 90 % of the step, settling to 5 % "
                               "of it, recovery to a tenth of the peak. S is the sensitivity "
-                              "1 / (1 + L). " +
+                              "1 / (1 + L). \"-\": not within what was measured. " +
                               poses,
                       .table = TableOf(responses)}};
   for (const AxisResponse& response : responses)

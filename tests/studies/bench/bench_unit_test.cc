@@ -94,6 +94,15 @@ TEST(Bench, ResultsAreMediansOfRepeatsAndSumsOfBlocks) {
   EXPECT_NEAR(json["evaluations_per_frame"], 100, 1e-9);
   EXPECT_NEAR(json["evaluations_per_s"], 1e5 * kLoopStages / frame_ms, 1e-6);
   EXPECT_EQ(json["scenarios"][0]["frame_ms"], json["frame_ms"]);
+
+  // as fast as the slowest scenario
+  EXPECT_EQ(ReportOf(json).verdict.word, "faster than real time");
+  report::Json two = json;
+  two["scenarios"].push_back(json["scenarios"][0]);
+  two["scenarios"][1]["real_time_factor"] = 0.5;
+  EXPECT_EQ(ReportOf(two).verdict.word, "slower than real time");
+  EXPECT_THAT(ReportOf(two).verdict.reason,
+              ::testing::HasSubstr("0.50 times real time in the slowest of 2"));
 }
 
 TEST(BenchCommand, PrintsTheContractsKeys) {

@@ -16,6 +16,8 @@ namespace {
 TEST(StepReport, SaysStepPushNoiseAndUnits) {
   const auto report_of = [](const std::string& controller) {
     AxisResponse x{.axis = control::kSurge}, yaw{.axis = control::kYaw};
+    x.loop.sensitivity_peak = 1.5;
+    yaw.loop.sensitivity_peak = 2.1;
     x.step.answer = {.wanted = 0.05, .time_s = {0}, .actual = {0}, .demand = {0}};
     yaw.step.answer = {.wanted = kStep_rad, .time_s = {0}, .actual = {0}, .demand = {0}};
     x.disturbance.answer = yaw.disturbance.answer = {.time_s = {0}, .actual = {0}, .demand = {0}};
@@ -34,6 +36,8 @@ TEST(StepReport, SaysStepPushNoiseAndUnits) {
   EXPECT_EQ(yaw[0].y2.label, "demand (grey), N m");
   EXPECT_EQ(yaw[1].title, "yaw: steady push of 0.1 N m");
   EXPECT_EQ(report_of("p_voltage").sections[1].panels[0].y2.label, "demand (grey), V");
+  EXPECT_EQ(report.verdict.word, "little robust");
+  EXPECT_THAT(report.verdict.reason, ::testing::HasSubstr("2.10 at most, on yaw"));
   EXPECT_THAT(report.sections[0].note, ::testing::HasSubstr("with noise of 1 mm and 0°"));
 }
 
