@@ -47,8 +47,12 @@ report::Panel FitnessPanel(MarkerKind marker, const Columns& columns) {
   return panel;
 }
 
+// What a cell's table says of it: its run, and F of the reference.
+using CellText = std::string (*)(const CellResult&, const std::optional<double>& reference);
+
 // A row for each milk, a column for each cell of the plan.
-report::Table FitnessTable(const Columns& columns) {
+report::Section TableSection(const std::string& title, const char* note, const Columns& columns,
+                             CellText text_of) {
   std::vector<std::string> heads = {"ml/m³"};
   std::map<double, std::vector<report::Cell>> rows;  // by milk
   for (const Column& column : columns) {
@@ -56,18 +60,25 @@ report::Table FitnessTable(const Columns& columns) {
     for (const auto& [milk, r] : column.cells) {
       rows[milk].resize(heads.size());
       rows[milk][0] = Fixed(milk, 1);
-      std::string text =
-          fmt::format("{:.3f} ± {:.3f} {:<3}", r.fitness_mean, r.fitness_std, NameOf(r.area));
-      if (const auto found = column.reference.find(milk); found != column.reference.end())
-        text += fmt::format(" ({:.3f})", found->second);
-      text += fmt::format("  {:3.0f}, {:.0f} %", 100 * r.right, 100 * r.wrong_and_sure);
+      const auto found = column.reference.find(milk);
       constexpr std::array kTones = {report::Tone::kGood, report::Tone::kNone, report::Tone::kBad};
-      rows[milk].back() = {text, kTones[static_cast<size_t>(r.area)]};
+      rows[milk].back() = {
+          text_of(r, found == column.reference.end() ? std::nullopt : std::optional(found->second)),
+          kTones[static_cast<size_t>(r.area)]};
     }
   }
   report::Table table(heads);
   for (auto& [milk, row] : rows) table.Row(std::move(row));
-  return table;
+  return {.title = title, .note = note, .table = table};
+}
+
+std::string FitnessText(const CellResult& r, const std::optional<double>& reference) {
+  const std::string table = reference ? fmt::format(" (table {:.2f})", *reference) : "";
+  return fmt::format("{:.2f} {}{}", r.fitness_mean, NameOf(r.area), table);
+}
+
+std::string FramesText(const CellResult& r, const std::optional<double>& /*reference*/) {
+  return fmt::format("{:.0f} / {:.0f}", 100 * r.right, 100 * r.wrong_and_sure);
 }
 
 // Where F falls to 0.22.
@@ -122,12 +133,13 @@ report::Report ReportOf(const std::vector<CellResult>& results,
            LimitText(column.simulated),
            column.reference.empty() ? "" : "the table: " + LimitText(column.reference)});
     report.sections.front().panels.push_back(FitnessPanel(marker, of_marker));
-    report.sections.push_back({.title = MarkerTitle(marker),
-                               .note = "Mean F ± deviation, Area (F, the table); frames that are "
-                                       "right, and that are wrong and sure of "
-                                       "it. Sure: the marker counts as detected; right: "
-                                       "sure, and within 20 mm and 5°.",
-                               .table = FitnessTable(of_marker)});
+    report.sections.push_back(TableSection(MarkerTitle(marker) + ": mean F and its Area",
+                                           "In brackets the table's mean F.", of_marker,
+                                           FitnessText));
+    report.sections.push_back(
+        TableSection(MarkerTitle(marker) + ": right / wrong frames, %",
+                     "Both count as detected. Right: within 20 mm and 5°; wrong: farther off.",
+                     of_marker, FramesText));
   }
   return report;
 }

@@ -257,7 +257,7 @@ class RecognitionReport : public ::testing::Test {
 TEST_F(RecognitionReport, DrawsCurves) {
   const std::vector<TableRow> table = {Row(0, 0.9), Row(20, 0.5), Row(40, 0.1), Row(100, 0)};
   const report::Report report = ReportOf(results_, table);
-  ASSERT_EQ(report.sections.size(), 2u);  // F over milk, the marker's table
+  ASSERT_EQ(report.sections.size(), 3u);  // F over milk, the marker's tables
   const report::Panel& fitness = report.sections[0].panels.at(0);
   ASSERT_EQ(fitness.series.size(), 2u);  // the run and the table
   EXPECT_EQ(fitness.series[0].points[2].x, 40);
@@ -265,7 +265,8 @@ TEST_F(RecognitionReport, DrawsCurves) {
   EXPECT_EQ(fitness.series[0].mark, report::Mark::kLineWithBars);  // which has dots where measured
   EXPECT_EQ(fitness.series[1].points[2].y, 0.1);
   ASSERT_EQ(report.sections[1].table->rows().size(), 4u);
-  EXPECT_THAT(report.sections[1].table->Text(), HasSubstr("0.300 ± 0.000 II  (0.100)"));
+  EXPECT_THAT(report.sections[1].table->Text(), HasSubstr("0.30 II (table 0.10)"));
+  EXPECT_THAT(report.sections[2].table->Text(), HasSubstr("40.0   0 / 0"));
   EXPECT_EQ(report.facts[0].label, "RMSE of mean F");
   EXPECT_EQ(report.facts[0].value, "0.158");  // root of (0.01 + 0.04 + 0.04 + 0.01) / 4
 }
