@@ -22,17 +22,23 @@ bool IsFile(const fs::path& path) {
   return fs::is_regular_file(path, none);
 }
 
-// Sheets of images that a study drew beside its document: STEM_images_NAME.png.
-Json PicturesBeside(const fs::path& file) {
-  constexpr int kQuality = 80;
+// Images that a study drew beside its document: sheets, STEM_images_NAME.png, and its "overlay".
+Json PicturesBeside(const fs::path& file, const Json& document) {
   const std::string begin = file.stem().string() + "_images_";
   std::map<std::string, std::string> sheets;  // by name
+  const auto add = [&sheets](const std::string& name, const fs::path& png) {
+    constexpr int kQuality = 80;
+    sheets[name] = Base64(media::EncodeJpeg(media::ReadPng(png.string()), kQuality));
+  };
+  if (const Json overlay = document.value("overlay", Json()); overlay.is_string())
+    if (const fs::path png = file.parent_path() / fs::path(overlay.get<std::string>()).filename();
+        IsFile(png) && png.extension() == ".png")
+      add("the last frame", png);
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(fs::absolute(file).parent_path(), none))
     if (const std::string name = entry.path().stem().string();
         name.starts_with(begin) && entry.path().extension() == ".png")
-      sheets[name.substr(begin.size())] =
-          Base64(media::EncodeJpeg(media::ReadPng(entry.path().string()), kQuality));
+      add(name.substr(begin.size()), entry.path());
   return sheets;
 }
 
@@ -41,7 +47,7 @@ Page DocumentPage(const std::string& file) {
   if (document.is_object() && document.contains("outcome") && !document.contains("report"))
     throw ConfigError(file + ": is one trial's result; give the folder that it is in");
   Page page = ReportPage(document, file);
-  page.model["pictures"] = PicturesBeside(file);
+  page.model["pictures"] = PicturesBeside(file, document);
   return page;
 }
 

@@ -74,8 +74,8 @@ report::Panel Layout(const std::string& title, const VehicleCheck& check, int up
   double most = 0;
   for (const ThrusterReport& t : check.thrusters) most = std::max(most, t.forward_newton);
   report::Panel panel{.title = title,
-                      .x = {.label = "x (ahead), m", .tick_step = 0.1},
-                      .y = {.label = up_label, .tick_step = 0.1},
+                      .x = {.label = "x (ahead), m"},
+                      .y = {.label = up_label},
                       .legend = true,
                       .equal = true};
   for (const HullReport& h : check.hull)

@@ -54,8 +54,9 @@ int Estimate(const EstimateArguments& arguments) {
     if (!summary.incomplete.empty()) progress.Say("incomplete: " + summary.incomplete);
     for (const std::string& note : summary.notes) progress.Say(note);
   }
-  command::PrintReport(ReportOf(summary, records), ResultJson(summary, settings, records),
-                       arguments.json);
+  report::Json result = ResultJson(summary, settings, records);
+  if (last && !is_video) result["overlay"] = overlay;  // for its page, which looks beside it
+  command::PrintReport(ReportOf(summary, records), result, arguments.json);
   if (video) video->Finish();
   if (last && !is_video) media::WritePng(overlay, last->ToImage());
   return command::kExitDone;
@@ -81,8 +82,10 @@ void AddEstimate(command::CommandLine& line) {
   estimate.Add("--seed", input.seed, "Root of all randomness");
   estimate.AddSet(arguments.assignments,
                   "Set one key of marker, hue or estimator, such as estimator.range.x_max_m=3");
-  estimate.Add("--overlay", arguments.overlay,
-               "Draw the estimate on the images: FILE.mp4, or FILE.png of the last frame");
+  estimate.Add(
+      "--overlay", arguments.overlay,
+      "Draw the estimate on the images: FILE.mp4, or FILE.png of the last frame, which the "
+      "page of a document beside it shows");
   estimate.AddJson(arguments.json);
   estimate.AddQuiet(arguments.quiet);
 }

@@ -44,21 +44,23 @@ Json ToJson(const PoseEstimate& estimate, const EstimateSettings& settings) {
 
 // Position and F over frames.
 report::Section OverFrames(const std::vector<Json>& records) {
-  report::Panel position{.x = {"frame"}, .y = {"position, mm"}, .legend = true};
-  for (const char* axis : {"x", "y", "z"})
-    position.series.push_back({.name = axis, .color = report::CurveColor(position.series.size())});
-  report::Panel fitness{.x = {"frame"}, .y = {"F", -0.25, 1}, .series = {{}}};
+  std::vector<report::Panel> panels;
+  for (const char* label : {"x, mm", "y, mm", "z, mm"})
+    panels.push_back({.y = {label}, .series = {{.color = report::CurveColor(panels.size())}}});
+  panels.push_back({.x = {"frame"}, .y = {"F", -0.25, 1}, .series = {{}}});
   for (const Json& record : records) {
     const double frame = record["frame"];
-    for (size_t i = 0; i < position.series.size(); ++i) {
+    for (size_t i = 0; i < 3; ++i) {
       const double mm = units::MmFromM(record["position_m"][i].get<double>());
-      position.series[i].points.push_back({frame, record["detected"] ? mm : report::kOpen});
+      panels[i].series[0].points.push_back({frame, record["detected"] ? mm : report::kOpen});
     }
-    fitness.series[0].points.push_back({frame, record["fitness"]});
+    panels[3].series[0].points.push_back({frame, record["fitness"]});
   }
   return {.title = "Marker in the camera head",
-          .note = "Where it was found; F: how well the pixels agree with it there, 1 at best.",
-          .panels = {position, fitness},
+          .note =
+              "Where it was found, each axis on its own scale; F: how well the pixels agree with "
+              "it there, 1 at best.",
+          .panels = panels,
           .stacked = true,
           .wide = true};
 }

@@ -116,7 +116,7 @@ TEST_F(Estimate, ASequenceGivesARecordAFrameAndAnOverlay) {
   for (int frame = 8; frame < 12; ++frame)
     EXPECT_NEAR(PoseOf(result["records"][frame]).p.y(), 0.02 + 0.004 * (frame + 1), 0.002);
   EXPECT_EQ(result.at("kind"), "estimate");
-  EXPECT_EQ(result["report"]["sections"][0]["panels"].size(), 2u);  // over frames
+  EXPECT_EQ(result["report"]["sections"][0]["panels"].size(), 4u);  // x, y, z, F
   // The overlay is a video of as many frames, and can be read as one.
   const auto video = media::OpenImages(File("overlay.mp4"));
   Image3u8 image;
