@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -115,11 +116,14 @@ Json PicturesIn(const fs::path& folder, const trial::Scenario& scenario) {
 Json NamesIn(const Json& record, const std::string& path = "") {
   Json names = Json::object();
   const report::Quantity group = report::QuantityOf(path);
+  std::set<std::string> labels;
   for (const auto& [key, value] : record.items()) {
     const std::string name = JoinKey(path, key);
     report::Quantity of = report::QuantityOf(key);
     if (!path.empty()) of.label = group.label + ", " + of.label;
     if (of.unit.empty()) of.unit = group.unit;  // stage_time_s.docking
+    // handover_navigation_error_m and _rad
+    if (!labels.insert(of.label).second) of.label += " in " + of.unit;
     names[name] = of;
     if (value.is_object()) names.update(NamesIn(value, name));
   }

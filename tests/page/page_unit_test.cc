@@ -239,6 +239,9 @@ TEST_F(PageFiles, ATrialsFolderBecomesAPage) {
   EXPECT_EQ(page.model["frames"][0]["right"], Base64("right"));
   EXPECT_EQ(page.files.at("video"), "film");
   EXPECT_TRUE(page.has_3d);
+  std::set<std::string> labels;
+  for (const report::Json& name : page.model["names"])
+    EXPECT_TRUE(labels.insert(name["label"]).second) << name["label"] << " twice";
 }
 
 TEST_F(PageFiles, TrialsBesideAReportAreLinksByTheirFoldersNames) {
