@@ -99,13 +99,17 @@ void Autopilot::CorrectNavigation(const PoseEstimate& estimate) {
     navigation_->navigator.DropCorrection();
 }
 
-void Autopilot::Observe(const PoseEstimate& estimate) {
+void Autopilot::Observe(const PoseEstimate& estimate, const Attitude& attitude,
+                        const std::optional<NavigationReading>& reading) {
   TD_CHECK(estimate.X_HM.IsFinite(), "estimated pose must be finite");
-  const auto seen = filter_.Update({.frame = estimate.frame,
-                                    .position = ToAxes(estimate.X_HM),
-                                    .rate = std::nullopt,
-                                    .variance = VarianceOf(estimate)});
+  auto seen = filter_.Update({.frame = estimate.frame,
+                              .position = ToAxes(estimate.X_HM),
+                              .rate = std::nullopt,
+                              .variance = VarianceOf(estimate)});
   if (!seen) return;
+  seen->fitness = estimate.fitness;
+  seen->attitude = attitude;
+  seen->navigation = reading;
   controller_->Observe(*seen);
   observed_ = true;
 }
@@ -118,7 +122,7 @@ ThrusterCommand Autopilot::Update(const PoseEstimate& estimate, const Excitation
   uncorrected_MH_ = outlook.navigated_MH;
   directive_ = &procedure_.Update(estimate, outlook);
   demand_.setZero();
-  if (directive_->trusted) Observe(estimate);
+  if (directive_->trusted) Observe(estimate, attitude, reading);
   if (navigation_) CorrectNavigation(estimate);
   if (directive_->control && directive_->guide == Guide::kNavigation)
     return SteerByNavigation(estimate.frame, excitation, level);

@@ -78,7 +78,8 @@ class Autopilot {
     ForceAllocation allocation;
     std::optional<Hand> hand = {};
   };
-  void Observe(const PoseEstimate& estimate);
+  void Observe(const PoseEstimate& estimate, const Attitude& attitude,
+               const std::optional<NavigationReading>& reading);
   // What is known besides the estimate.
   Outlook OutlookAt(const PoseEstimate& estimate, const std::optional<NavigationReading>& reading);
   void CorrectNavigation(const PoseEstimate& estimate);

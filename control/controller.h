@@ -5,16 +5,22 @@
 #include <optional>
 
 #include "control/axes.h"
+#include "sim/base/attitude.h"
+#include "sim/base/navigation_reading.h"
 
 namespace turbidock::control {
 
-// Where the marker is in the camera head, as far as it is known.
+// Where the marker is in the camera head, as far as it is known, and what the other sensors say.
 struct Observation {
   int64_t frame = 0;             // of the image
   Axes position = Axes::Zero();  // x, y, z of M in H [m], its heading in H [rad]
   std::optional<Axes> rate;      // per second; with a pose filter only
   // Of the position, as its estimator claims; nothing: it claims nothing.
   std::optional<Axes> variance = {};
+  double fitness = 0;  // F of the estimate
+  // Read when the image arrived; navigation where the trial has it.
+  Attitude attitude = {};
+  std::optional<NavigationReading> navigation = {};
 };
 
 // Where it shall be.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "control/axes.h"
+#include "sim/base/image_times.h"
 #include "sim/base/thrust_curve.h"
 
 namespace turbidock::control {
@@ -29,6 +30,7 @@ struct VehicleModel {
   Axes quadratic_damping = Axes::Zero();                         // N s^2/m^2 and N m s^2
   double thruster_lag_s = 0.1;                                   // the slowest of them
   double head_ahead_m = 0;  // the camera head's x in B, about whose origin it turns
+  ImageTimes images{};
 
   // Damping linearised about a speed on each axis.
   Axes DampingAt(const Axes& speed) const {

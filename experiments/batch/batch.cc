@@ -37,21 +37,23 @@ void TrialScheduler::Decide(int64_t cell) {
   reached_ += is_narrow;
 }
 
-void TrialScheduler::Add(int64_t trial, bool success) {
+void TrialScheduler::Add(int64_t trial, std::optional<bool> success) {
   if (trial < 0 || trial >= rule_.cells * rule_.most) return;  // no trial of the plan
   const int64_t cell = trial % rule_.cells, sample = trial / rule_.cells;
   Cell& c = cells_[static_cast<size_t>(cell)];
   if (sample >= std::ssize(c.results))
     c.results.resize(static_cast<size_t>(sample) + 1, Result::kUnknown);
-  c.results[static_cast<size_t>(sample)] = success ? Result::kSuccess : Result::kFailure;
-  successes_ += success;
+  c.results[static_cast<size_t>(sample)] = !success   ? Result::kNeither
+                                           : *success ? Result::kSuccess
+                                                      : Result::kFailure;
+  successes_ += success == true;
   done_ += sample < c.wanted;
   if (!rule_.precision) return;
   while (!c.decided && c.Of(c.counted) != Result::kUnknown) {
     const Result result = c.Of(c.counted);
     statistics::Count& stratum = c.strata[static_cast<size_t>(c.counted % rule_.strata)];
     ++c.counted;
-    ++stratum.trials;
+    stratum.trials += result != Result::kNeither;
     stratum.successes += result == Result::kSuccess;
     if (c.counted == c.wanted) Decide(cell);
   }
@@ -135,6 +137,7 @@ Kept KeptOf(const ResultStore& store, const Plan& plan, const StoreHeader& heade
   const std::string series = change_of("series_every_frames"),
                     limit = change_of("trial_time_limit_s");
   for (const StoredTrial& trial : store.Trials()) {
+    if (!trial.record.judged()) continue;  // runs again
     const std::optional<int64_t> number = plan.NumberOf(trial.parameters, trial.sample);
     if (!number) throw OtherResults(store.file(), LabelOf(trial) + ", is not of this plan", "");
     const TrialSpec spec = plan.Trial(*number);
@@ -173,7 +176,8 @@ ResultStore OpenResults(const std::string& file, const Plan& plan, const Shard& 
                     fmt::join(header.keys, ", ")),
         "");
   Renderers renderers(jobs);
-  bool is_same = differences.empty() && store.header().plan == header.plan;
+  bool is_same = differences.empty() && store.header().plan == header.plan &&
+                 store.Successes().size() == store.Done().size();
   if (is_same)
     store.ForEachRenderer([&](const std::string& drawn, int64_t trial) {
       const view::GlBackend asked = plan.ScenarioOf(plan.Trial(trial)).renderer;
@@ -213,7 +217,10 @@ BatchProgress RunBatch(const Plan& plan, RunOptions options,
   runner.Run(SourceOf(plan), {.next = [&] { return scheduler.Next(); },
                               .add =
                                   [&](const StoredTrial& trial) {
-                                    scheduler.Add(trial.trial, trial.record.success());
+                                    const trial::TrialRecord& r = trial.record;
+                                    scheduler.Add(trial.trial, r.judged()
+                                                                   ? std::optional(r.success())
+                                                                   : std::nullopt);
                                   }});
   return after(runner.progress());
 }

@@ -30,8 +30,9 @@ class TrialScheduler {
  public:
   TrialScheduler(const TrialRule& rule, const Shard& shard);
 
-  // Notes what came of a trial: each once, in any order.
-  void Add(int64_t trial, bool success);
+  // Notes what came of a trial: each once, in any order. Nothing: it was run and says nothing of
+  // success (no_answer).
+  void Add(int64_t trial, std::optional<bool> success);
   // A trial to run; each is returned once. Nothing when there is none or when results must come
   // first.
   std::optional<int64_t> Next();
@@ -47,7 +48,7 @@ class TrialScheduler {
   int64_t reached() const { return reached_; }
 
  private:
-  enum class Result : uint8_t { kUnknown, kFailure, kSuccess };
+  enum class Result : uint8_t { kUnknown, kFailure, kSuccess, kNeither };
   struct Cell {
     std::vector<Result> results;            // by sample
     int64_t next = 0;                       // the samples before have been handed out

@@ -338,7 +338,8 @@ void ResultStore::ForEachRenderer(
 std::map<int64_t, bool> ResultStore::Successes() const {
   std::map<int64_t, bool> successes;
   ForEachRow(
-      fmt::format("SELECT trial, failure = '{}' FROM trials", NameOf(trial::Failure::kNone)),
+      fmt::format("SELECT trial, failure = '{}' FROM trials WHERE failure <> '{}'",
+                  NameOf(trial::Failure::kNone), NameOf(trial::Failure::kNoAnswer)),
       [&](auto& row) { successes[row.getColumn(0).getInt64()] = row.getColumn(1).getInt() != 0; });
   return successes;
 }

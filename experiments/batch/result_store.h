@@ -108,7 +108,7 @@ class ResultStore {
   void Merge(const std::string& other_file);
 
   std::vector<int64_t> Done() const;          // the numbers of the stored trials, ascending
-  std::map<int64_t, bool> Successes() const;  // the same, and whether each succeeded
+  std::map<int64_t, bool> Successes() const;  // of those that say so, whether each succeeded
   std::vector<StoredTrial> Trials() const;    // ascending
   std::optional<StoredTrial> Find(int64_t trial) const;
   StoredTrial Trial(int64_t trial) const;  // ConfigError when it is not there

@@ -25,11 +25,15 @@ Work TrialWork(const trial::Plugins& plugins) {
             const trial::Scenario scenario =
                 trial::ParseScenario(job["scenario"], "resolved scenario", plugins);
             trial::RequireSameFiles(scenario);
-            const trial::TrialResult result = trial::RunTrial(scenario);
             const int every_frames = job["series_every_frames"];
-            const auto series =
-                every_frames > 0 ? trial::Series::Of(result.log, every_frames) : trial::Series();
-            return report::JsonLine({{"cells", trial::CellsOf(result)}, {"series", series}});
+            try {
+              const trial::TrialResult result = trial::RunTrial(scenario);
+              const auto series =
+                  every_frames > 0 ? trial::Series::Of(result.log, every_frames) : trial::Series();
+              return report::JsonLine({{"cells", trial::CellsOf(result)}, {"series", series}});
+            } catch (const trial::NoAnswer& error) {
+              return report::JsonLine({{"no_answer", error.what()}});
+            }
           }};
 }
 
@@ -50,17 +54,25 @@ StoredTrial FinishedTrialOf(const JobResult& result, TrialSpec spec) {
                     .parameters = std::move(spec.parameters),
                     .record = {}};
   trial::TrialRecord& record = trial.record;
+  const auto without_end = [&](trial::Outcome outcome, trial::Failure failure, std::string reason) {
+    record.outcome = outcome;
+    record.failure = failure;
+    record.seed = spec.seed;
+    record.reason = std::move(reason);
+    record.printed = result.log;
+  };
   if (result.end == JobEnd::kDone) {
     const report::Json json = report::ParseJson(result.output, "a worker's trial");
-    record = trial::RecordOf(json["cells"].get<std::vector<trial::Cell>>());
-    trial.series = json["series"].get<trial::Series>();
+    if (json.contains("no_answer")) {
+      without_end(trial::Outcome::kNoAnswer, trial::Failure::kNoAnswer, json["no_answer"]);
+    } else {
+      record = trial::RecordOf(json["cells"].get<std::vector<trial::Cell>>());
+      trial.series = json["series"].get<trial::Series>();
+    }
+  } else if (result.end == JobEnd::kHung) {
+    without_end(trial::Outcome::kHung, trial::Failure::kHung, result.error);
   } else {
-    const bool hung = result.end == JobEnd::kHung;
-    record.outcome = hung ? trial::Outcome::kHung : trial::Outcome::kCrashed;
-    record.failure = hung ? trial::Failure::kHung : trial::Failure::kCrashed;
-    record.seed = spec.seed;
-    record.reason = result.error;
-    record.printed = result.log;
+    without_end(trial::Outcome::kCrashed, trial::Failure::kCrashed, result.error);
   }
   record.wall_time_s = result.wall_time_s;
   record.cpu_time_s = result.cpu_time_s;

@@ -60,6 +60,11 @@ GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
   std::vector<double> times_s, errors_y_m, errors_z_m, estimate_errors_m, falsely_s;
   for (const StoredTrial* trial : members) {
     const trial::TrialRecord& r = trial->record;
+    if (!r.judged()) {
+      ++summary.failures[NameOf(r.failure)];
+      continue;
+    }
+    ++summary.trials;
     const auto stratum = Find(*trial, kStratumKey);
     const bool counts = whole_cells && stratum != trial->parameters.end();
     statistics::Count& count = strata[counts ? stratum->value : ""];
@@ -80,7 +85,6 @@ GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
   counts.reserve(strata.size());
   for (const auto& [name, count] : strata) counts.push_back(count);
   summary.wilson = statistics::StratifiedInterval(counts);
-  summary.trials = std::ssize(members);
   summary.successes = std::ssize(times_s);
   summary.time_to_dock_s = SpreadOf(times_s);
   summary.error_true_y_m = SpreadOf(errors_y_m);

@@ -4,9 +4,11 @@
 #include <unistd.h>
 #include <boost/algorithm/string/replace.hpp>
 
+#include "experiments/app/main.h"
 #include "experiments/batch/batch.h"
 #include "experiments/batch/plan.h"
 #include "experiments/batch/plan_keys.h"
+#include "experiments/command/progress.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/config/yaml_node.h"
@@ -265,6 +267,15 @@ std::string Gate(const std::string& file, const trial::Plugins& plugins,
   });
 }
 
+// The program with these plug-ins; its exit code.
+int Main(std::vector<std::string> arguments, const trial::Plugins& plugins) {
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  const py::gil_scoped_release free;
+  return turbidock::Main(static_cast<int>(arguments.size()), argv.data(), plugins);
+}
+
 }  // namespace
 
 // NOLINTNEXTLINE: the macro's own
@@ -311,6 +322,8 @@ PYBIND11_MODULE(_core, module) {
   module.def("read_results", &ReadResults);
   module.def("read_series", &ReadSeries);
   module.def("gate", &Gate);
+  module.def("main", &Main);
+  module.def("stop_signal", &command::StopSignal);
 }
 
 }  // namespace turbidock::python

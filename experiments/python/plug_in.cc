@@ -90,6 +90,8 @@ auto Call(const Do& act) {
   try {
     return act();
   } catch (const py::error_already_set& error) {
+    if (error.matches(py::module_::import("turbidock").attr("NoAnswer")))
+      throw trial::NoAnswer(py::str(error.value()));
     problem = error.what();
     raised = error.value().inc_ref().ptr();
     PyException_SetTraceback(raised, error.trace() ? error.trace().ptr() : Py_None);
@@ -99,11 +101,18 @@ auto Call(const Do& act) {
   throw std::runtime_error(problem);
 }
 
+void SetDelay(const ImageTimes& images, py::object* self) {
+  self->attr("delay_frames") = images.delay_images;
+  self->attr("delay_s") = images.delay_s;
+}
+
 // A PluginError caused by what Python raised; what is no Exception (KeyboardInterrupt, SystemExit)
 // goes on as it is.
 void Translate(std::exception_ptr thrown) {
   try {
     std::rethrow_exception(std::move(thrown));
+  } catch (const trial::NoAnswer& error) {
+    PyErr_SetString(py::module_::import("turbidock").attr("NoAnswer").ptr(), error.what());
   } catch (const trial::PluginError& error) {
     const auto cause = py::reinterpret_steal<py::object>(std::exchange(raised, nullptr));
     py::object made = py::module_::import("turbidock").attr("PluginError")(error.what());
@@ -159,6 +168,7 @@ class PythonController final : public control::Controller {
     Call([&] {
       py::object self = params.Instance(make);
       self.attr("frame_s") = frame_s;
+      SetDelay(vehicle.images, &self);
       self.attr("authority") = python::Copy(AuthorityOf(params.allocation, vehicle));
       self.attr("vehicle") =
           py::dict(py::arg("inertia") = python::Copy(vehicle.inertia),
@@ -209,6 +219,8 @@ class PythonEstimator final : public vision::PoseEstimator {
       self.attr("rig") = RigOf(setup.rig);
       self.attr("balls") = BallsOf(setup.marker);
       self.attr("seed") = setup.rng.NextU64();
+      self.attr("frame_s") = setup.images.period_s;
+      SetDelay(setup.images, &self);
       self.attr("start")();
       self_ = Hold(std::move(self));
     });
@@ -216,6 +228,7 @@ class PythonEstimator final : public vision::PoseEstimator {
 
   const PoseEstimate& Update(const StereoImage& seen) override {
     Call([&] {
+      self_->attr("frame") = seen.frame;
       // Copies: what a Python object keeps of a frame is its own.
       const py::object result =
           self_->attr("update")(View(seen.left, py::handle()), View(seen.right, py::handle()));
@@ -249,11 +262,7 @@ std::string CodeOr(const std::string& code) {
                       : code;
 }
 
-}  // namespace
-
-void AddPlugins(py::module_* module) {
-  py::register_exception<trial::PluginError>(*module, "PluginError", PyExc_RuntimeError);
-  py::register_exception_translator(&Translate);
+void AddSeen(py::module_* module) {
   py::class_<control::Observation>(*module, "Observation",
                                    "Where the marker is in the camera head, as far as it is known.")
       .def(py::init<>())
@@ -266,7 +275,35 @@ void AddPlugins(py::module_* module) {
           [](const control::Observation& seen) -> py::object {
             return seen.rate ? py::object(Copy(*seen.rate)) : py::none();
           },
-          "The same per second; None without a pose filter.");
+          "The same per second; None without a pose filter.")
+      .def_property_readonly(
+          "variance",
+          [](const control::Observation& seen) -> py::object {
+            return seen.variance ? py::object(Copy(*seen.variance)) : py::none();
+          },
+          "Of the position, as its estimator claims; None where it claims nothing.")
+      .def_readonly("fitness", &control::Observation::fitness, "F of the estimate.")
+      .def_property_readonly(
+          "roll_pitch",
+          [](const control::Observation& seen) { return Copy(seen.attitude.roll_pitch_rad); },
+          "Of the vehicle [rad], as its own sensor says.")
+      .def_property_readonly(
+          "roll_pitch_rate",
+          [](const control::Observation& seen) { return Copy(seen.attitude.rate_rad_s); },
+          "About its x and y axes [rad/s], likewise.")
+      .def_property_readonly(
+          "navigation",
+          [](const control::Observation& seen) -> py::object {
+            if (!seen.navigation) return py::none();
+            const NavigationReading& n = *seen.navigation;
+            using namespace py::literals;
+            return py::dict("z_m"_a = n.z_m, "heading_rad"_a = n.heading_rad,
+                            "fix_xy_m"_a = n.fix_xy_m ? py::object(Copy(*n.fix_xy_m)) : py::none(),
+                            "z_std_m"_a = n.z_std_m, "heading_std_rad"_a = n.heading_std_rad,
+                            "fix_std_m"_a = n.fix_std_m);
+          },
+          "z_m, heading_rad and fix_xy_m (None between fixes) of the camera head in the marker's "
+          "frame, and the standard deviations of their noise; None without navigation.");
   py::class_<control::Reference>(*module, "Reference", "Where the marker shall be.")
       .def(py::init<>())
       .def_property_readonly("position",
@@ -276,6 +313,15 @@ void AddPlugins(py::module_* module) {
       .def_property_readonly("acceleration", [](const control::Reference& wanted) {
         return Copy(wanted.acceleration);
       });
+}
+
+}  // namespace
+
+void AddPlugins(py::module_* module) {
+  py::register_exception<trial::PluginError>(*module, "PluginError", PyExc_RuntimeError);
+  py::register_exception<trial::NoAnswer>(*module, "NoAnswer", module->attr("PluginError"));
+  py::register_exception_translator(&Translate);
+  AddSeen(module);
   py::class_<Plugins>(*module, "Plugins", "Controllers and estimators, turbidock's own and others.")
       .def(py::init<>())
       .def("add_controller",

@@ -162,7 +162,8 @@ Failure FailureOf(const Scenario& scenario, const TrialResult& result) {
   static const std::map<Outcome, Failure> kAsItEnded = {
       {Outcome::kSuccess, Failure::kNone},      {Outcome::kInterrupted, Failure::kNone},
       {Outcome::kDiverged, Failure::kDiverged}, {Outcome::kCollision, Failure::kCollision},
-      {Outcome::kCrashed, Failure::kCrashed},   {Outcome::kHung, Failure::kHung}};
+      {Outcome::kCrashed, Failure::kCrashed},   {Outcome::kHung, Failure::kHung},
+      {Outcome::kNoAnswer, Failure::kNoAnswer}};
   if (result.outcome == Outcome::kCollision &&
       IsFalseLock(UsableFrames(scenario, Last(scenario, kBeforeCollision_s, result.log.frames))))
     return Failure::kFalseLock;

@@ -20,6 +20,7 @@
 #include "experiments/config/group_ref.h"
 #include "sim/base/camera.h"
 #include "sim/base/check.h"
+#include "sim/base/image_times.h"
 #include "sim/base/random.h"
 #include "vision/hue_labels.h"
 #include "vision/marker_model.h"
@@ -39,12 +40,19 @@ struct EstimatorSetup {
   vision::HueParams hue;
   StereoRig rig;
   Rng rng;  // a stream of its own: the same trial draws the same numbers
+  ImageTimes images{};
 };
 
 // A plug-in threw, or returned what no plug-in may: names it. In a batch the trial's outcome is
 // `crashed`.
 struct PluginError : std::runtime_error {
   using std::runtime_error::runtime_error;
+};
+
+// A plug-in that stands for another program got no answer from it: nothing is known of docking. In
+// a batch the trial's outcome is `no_answer`.
+struct NoAnswer : PluginError {
+  using PluginError::PluginError;
 };
 
 // Begins the code of a plug-in whose code cannot be told.

@@ -43,6 +43,12 @@ Part PartOf(const std::string& key, const Plugins& plugins) {
       key, fmt::format("cannot change while the trial runs; {} can", fmt::join(names, ", ")));
 }
 
+control::VehicleModel KnownVehicle(const Scenario& scenario, const vehicle::Scene& scene) {
+  control::VehicleModel model = ModelOf(scenario.known_vehicle, scene);
+  model.images = scenario.image_times();
+  return model;
+}
+
 const Scenario& Checked(const Scenario& scenario) {
   CheckFields(scenario, "");
   return scenario;
@@ -59,7 +65,7 @@ RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
       world_(scenario_, options_),
       perception_(scenario_, options_, &world_),
       autopilot_(scenario_.ControlInUse(), scenario_.procedure,
-                 ModelOf(scenario_.known_vehicle, world_.scene()), scenario_.image_clock(),
+                 KnownVehicle(scenario_, world_.scene()), scenario_.image_clock(),
                  scenario_.approach),
       rules_(scenario_),
       command_(ThrusterCommand::Neutral(world_.scene().thrusters.size())) {

@@ -207,7 +207,7 @@ void Scenario::TakeDefaultBalls() {
 
 std::unique_ptr<vision::PoseEstimator> Scenario::MakeEstimator(const std::string& name,
                                                                Rng rng) const {
-  return plugins.MakeEstimator(name, {marker, hue, rig.MakeRig(), rng});
+  return plugins.MakeEstimator(name, {marker, hue, rig.MakeRig(), rng, image_times()});
 }
 
 // Where the vehicle is to stand before it docks there is nothing in its way; nearer there may be.

@@ -283,6 +283,11 @@ struct Scenario {
     return {.frames_per_second = clock.frames_per_second / camera_period_frames,
             .ticks_per_frame = clock.ticks_per_frame * camera_period_frames};
   }
+  ImageTimes image_times() const {
+    return {.period_s = image_clock().frame_s(),
+            .delay_images = camera_delay_frames,
+            .delay_s = clock.TimeOfFrame(camera_delay_frames)};
+  }
 };
 
 // Sets values in a scenario, one after the other, and checks it: the one way in which anything is

@@ -64,8 +64,9 @@ enum class Outcome {
   kDiverged,     // the physics gave no usable state
   kInterrupted,  // the caller asked to stop
   // No end of its own: there is a reason, and nothing else is known.
-  kCrashed,  // the trial's process ended
-  kHung,     // the trial's process was stopped after its time limit
+  kCrashed,   // the trial's process ended
+  kHung,      // the trial's process was stopped after its time limit
+  kNoAnswer,  // a program that steers or sees for the vehicle did not answer
 };
 constexpr auto Names(Outcome) {
   using enum Outcome;
@@ -78,7 +79,12 @@ constexpr auto Names(Outcome) {
                             {kDiverged, "diverged"},
                             {kInterrupted, "interrupted"},
                             {kCrashed, "crashed"},
-                            {kHung, "hung"}});
+                            {kHung, "hung"},
+                            {kNoAnswer, "no_answer"}});
+}
+// Whether a trial that ended so came to an end of its own.
+constexpr bool HasEnd(Outcome outcome) {
+  return outcome != Outcome::kCrashed && outcome != Outcome::kHung && outcome != Outcome::kNoAnswer;
 }
 
 // Why a trial did not dock: one word a trial, for tables of many. A trial succeeds when its outcome
@@ -98,6 +104,7 @@ enum class Failure {
   kTimeout,         // none of these, and the time was up
   kCrashed,         // the trial's process ended
   kHung,            // the trial's process was stopped after its time limit
+  kNoAnswer,        // a program that steers or sees for the vehicle did not answer
 };
 constexpr auto Names(Failure) {
   using enum Failure;
@@ -113,7 +120,8 @@ constexpr auto Names(Failure) {
                             {kGaveUp, "gave_up"},
                             {kTimeout, "timeout"},
                             {kCrashed, "crashed"},
-                            {kHung, "hung"}});
+                            {kHung, "hung"},
+                            {kNoAnswer, "no_answer"}});
 }
 
 // Which column of a batch's file a field has, if any.
@@ -202,7 +210,9 @@ struct TrialRecord {
   int64_t rss_bytes = 0;
   std::string printed;
 
-  bool ended() const { return outcome != Outcome::kCrashed && outcome != Outcome::kHung; }
+  bool ended() const { return HasEnd(outcome); }
+  // Whether it says if the vehicle docks.
+  bool judged() const { return outcome != Outcome::kNoAnswer; }
   bool success() const { return failure == Failure::kNone; }
   bool operator==(const TrialRecord&) const = default;
 

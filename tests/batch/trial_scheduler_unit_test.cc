@@ -74,6 +74,17 @@ TEST(TrialScheduler, WithoutAPrecisionHasEveryTrialOfTheShardInOrder) {
   EXPECT_TRUE(scheduler.complete());
 }
 
+TEST(TrialScheduler, CountsNoTrialThatSaysNothingOfSuccess) {
+  TrialScheduler scheduler({.cells = 1, .batch = 20, .most = 45, .precision = 0.1}, {});
+  // Of twenty five are silent: fifteen successes are too few (the test below).
+  while (const auto trial = scheduler.Next())
+    scheduler.Add(*trial, *trial % 4 == 0 ? std::nullopt : std::optional(true));
+  EXPECT_EQ(scheduler.done(), 40);
+  EXPECT_EQ(scheduler.successes(), 30);
+  EXPECT_EQ(scheduler.reached(), 1);
+  EXPECT_TRUE(scheduler.complete());
+}
+
 TEST(TrialScheduler, LooksAtACellOnlyWhenABatchOfItIsWhole) {
   const TrialRule rule{.cells = 1, .batch = 10, .most = 45, .precision = 0.1};
   // All succeed: the interval is narrow enough after 16 trials, which is seen after 20.

@@ -65,6 +65,8 @@ class OddController(turbidock.Controller):
     def demand(self, seen, wanted):
         if self.does == "raise":
             raise KeyError("no such gain")
+        if self.does == "silent" and "MENDED" not in os.environ:
+            raise turbidock.NoAnswer("no answer from the other program")
         if self.does == "interrupt":  # what Ctrl-C does
             signal.raise_signal(signal.SIGINT)
         if self.does == "nan":
@@ -84,6 +86,8 @@ class FixedEstimator(turbidock.Estimator):
     def update(self, left, right):
         if self.does == "raise":
             raise RuntimeError("no such ball")
+        if self.does == "silent":
+            raise turbidock.NoAnswer("no answer from the other program")
         if self.does == "interrupt":
             signal.raise_signal(signal.SIGINT)
         if self.does == "write":

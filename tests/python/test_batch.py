@@ -74,6 +74,24 @@ def test_a_batch_goes_on_when_an_estimator_raises_or_hangs(tmp_path):
     assert "fixed_estimator" in stored and "no such ball" in stored and "not [nan, 0, 0]" in stored
 
 
+def test_silence_is_neither_success_nor_failure_and_runs_again(tmp_path, monkeypatch):
+    def batch():
+        return turbidock.batch(plan(seeds=1, grid={"odd_controller.does": ["nothing", "silent", "nothing again"]}),
+                               str(tmp_path / "b.db"), workers=1, controller=OddController)
+
+    trials = batch()
+    assert list(trials["outcome"])[1] == list(trials["failure"])[1] == "no_answer"
+    assert trials["reason"][1] == "no answer from the other program"
+    assert trials["outcome"][0] == trials["outcome"][2] != "no_answer"  # in the same process
+    with pytest.raises(turbidock.NoAnswer, match="^no answer from the other program$"):
+        turbidock.run("pool_active", controller=OddController, settings={**QUICK, "odd_controller.does": "silent"})
+    before = turbidock.read_results(tmp_path / "b.db", timing=True)["wall_time_s"]
+    monkeypatch.setenv("MENDED", "1")
+    assert list(batch()["outcome"]) == [trials["outcome"][0]] * 3
+    after = turbidock.read_results(tmp_path / "b.db", timing=True)["wall_time_s"]
+    assert list(before == after) == [True, False, True]
+
+
 def test_a_batch_after_drawing(tmp_path):
     trial = turbidock.Trial("pool_active", settings={"duration_s": 0.2}, images=True)
     for _ in trial:
@@ -98,6 +116,8 @@ gate: {baseline: gate.baseline.yaml, margins: {success_rate: 0.5}}
     assert turbidock.gate(str(gate), workers=2, controller=OddController)["verdict"] == "fail"
     with pytest.raises(turbidock.SimulatorFault, match="crashed"):
         turbidock.gate(str(gate), workers=2, controller=OddController, settings={"odd_controller.does": "raise"})
+    with pytest.raises(turbidock.SimulatorFault, match="no_answer: no answer from the other program"):
+        turbidock.gate(str(gate), workers=2, controller=OddController, settings={"odd_controller.does": "silent"})
     with pytest.raises(turbidock.SimulatorFault, match="hung"):
         turbidock.gate(str(gate), workers=2, controller=OddController, settings={"odd_controller.does": "hang"},
                        time_limit_s=3)

@@ -8,7 +8,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 # From the bottom up. Studies may build on one another.
 LAYERS = ('sim', 'vision', 'control', 'experiments/system', 'experiments/config', 'experiments/report', 'experiments/trial',
           'experiments/statistics', 'experiments/search', 'experiments/media', 'experiments/batch', 'experiments/serve',
-          'experiments/page', 'experiments/command', 'experiments/studies', 'experiments/python', 'experiments/app')
+          'experiments/page', 'experiments/command', 'experiments/studies', 'experiments/app', 'experiments/python')
 INCLUDE = re.compile(r'^#include "((?:experiments/)?\w+)/', re.M)
 
 

@@ -19,6 +19,7 @@ const kMeaning = {
   interrupted: 'somebody stopped it',
   crashed: 'its process ended',
   hung: 'its process was stopped after its time limit',
+  no_answer: 'a program that steers or sees for the vehicle did not answer',
 };
 export const kFitness =
   'F, fitness: how well both images agree with the estimated pose, -1 to 1; 1 is a perfect match';

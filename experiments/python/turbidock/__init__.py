@@ -8,7 +8,7 @@
 See README.md of experiments/python for the first ten minutes.
 """
 
-from ._core import ConfigError, PluginError, SimulatorFault
+from ._core import ConfigError, NoAnswer, PluginError, SimulatorFault
 from ._core import Frame, Observation, Reference
 from .plug_in import Controller, Estimator, Key
 from .frames import Rig
@@ -19,8 +19,8 @@ from .trial import Trial
 __version__ = version().split()[0]
 
 __all__ = [
-    "ConfigError", "Controller", "Estimator", "Frame", "Key", "Observation", "PluginError",
-    "Reference", "Result", "Rig", "Scenario", "SimulatorFault", "Trial", "batch", "dataset", "gate", "keys", "plans",
+    "ConfigError", "Controller", "Estimator", "Frame", "Key", "NoAnswer", "Observation",
+    "PluginError", "Reference", "Result", "Rig", "Scenario", "SimulatorFault", "Trial", "batch", "dataset", "gate", "keys", "plans",
     "read_results", "read_series", "run", "scenarios", "version",
 ]
 

@@ -76,6 +76,8 @@ class Controller(_PlugIn):
 
     # Set before start():
     frame_s: float  # seconds from one image to the next
+    delay_frames: int  # image n arrives at (n + delay_frames) * frame_s
+    delay_s: float  # and was exposed so long before
     authority: np.ndarray  # all that the vehicle has on each axis: N, N, N, N m, or volts
     # As its builder knows it: inertia (kg, kg m^2), linear_damping, quadratic_damping by axis,
     # thruster_lag_s, head_ahead_m
@@ -111,6 +113,10 @@ class Estimator(_PlugIn):
     rig: Rig  # its cameras: width, height, fx, fy, cx, cy [px], baseline_m
     balls: list[dict[str, Any]]  # of the marker: name, position_m, radius_m
     seed: int  # for its own random numbers: the same in the same trial
+    frame_s: float  # seconds from one image to the next
+    delay_frames: int  # image n arrives at (n + delay_frames) * frame_s
+    delay_s: float  # and was exposed so long before
+    frame: int  # number of the image that update() is given
 
     def start(self) -> None:
         """Called once keys, rig, balls and seed are set, and to forget earlier frames."""

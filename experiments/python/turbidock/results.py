@@ -122,7 +122,7 @@ def batch(plan: Path | Mapping[str, Any], out: Path, *, workers: int | None = No
     processes into the file `out`; what is in there already is not run again. A ConfigError names what
     changed since: a file, a key, the code of a controller; with `anew` such trials run anew. Returns
     all its trials as a pandas frame, a row a trial. A controller or an estimator that raises is an
-    outcome `crashed`, one that never returns `hung`: the others go on."""
+    outcome `crashed`, one that raises NoAnswer `no_answer`, one that never returns `hung`: the others go on."""
     return _frame(_core.batch(_plan(plan, seed, seeds, settings, controller, estimator, plugins), os.fspath(out),
                               _count(workers), anew, _reporter(progress)))
 

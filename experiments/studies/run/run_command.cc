@@ -64,8 +64,7 @@ void AddRun(command::CommandLine& line) {
   std::vector<std::string> outcomes;
   outcomes.reserve(EnumNames<trial::Outcome>::kNames.size());
   for (const auto& [outcome, name] : EnumNames<trial::Outcome>::kNames)
-    if (outcome != trial::Outcome::kCrashed && outcome != trial::Outcome::kHung)
-      outcomes.push_back(name);
+    if (trial::HasEnd(outcome)) outcomes.push_back(name);
   run.Add("--expect", arguments.expect, "Exit with 1 when the trial ends otherwise")
       .OneOf(outcomes);
 }
