@@ -481,7 +481,7 @@ def test_the_command(simple, tmp_path):
     (tmp_path / "topics.yaml").write_text("motion: {odometry: /odom, depth: {topic: /depth, scale: -1}}\n")
 
     def command(*words):
-        return subprocess.run([sys.executable, "-c", "from turbidock import logs; logs.bag()", *map(str, words)],
+        return subprocess.run([sys.executable, "-c", "from turbidock import _program; _program.bag()", *map(str, words)],
                               capture_output=True, text=True)
 
     assert "/odom  nav_msgs/msg/Odometry" in command(file).stdout.splitlines()

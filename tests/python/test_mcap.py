@@ -266,7 +266,7 @@ def test_the_record_of_another_trial_is_said_and_nothing_is_left(tmp_path, trial
 
 def test_bad_input_is_one_line(tmp_path, docked):
     def command(*words):
-        done = subprocess.run([sys.executable, "-c", "from turbidock import logs; logs.mcap()", *map(str, words)],
+        done = subprocess.run([sys.executable, "-c", "from turbidock import _program; _program.mcap()", *map(str, words)],
                               capture_output=True, text=True)
         assert (done.returncode, done.stdout) == (2, "")
         line, = done.stderr.splitlines()

@@ -1,0 +1,40 @@
+"""A trial by hand: nodes and a person look on, pause it, step it, change it and begin it again."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+from .. import _core
+from ..scenario import Scenario
+from ..trial import Trial
+from . import exchange
+
+
+def fly(scenario: Scenario, is_fast: bool, is_paused: bool) -> int:
+    """Until a trial ends that nobody begins again; at most in real time, or with `is_fast` as fast as answers come."""
+    link = exchange.link()
+    link.by_hand = True
+    link.pause(is_paused)
+    while True:
+        with Trial(scenario) as trial:
+            _steps(trial, scenario["clock.frames_per_second"], is_fast, link)
+            if not link.again:
+                print(trial.result())
+                return 0
+        link.again = False
+
+
+def _steps(trial: Trial, frames_per_second: int, is_fast: bool, link: exchange.Link) -> None:
+    due = time.monotonic()
+    while not trial.ended and not link.again:
+        trial.step()
+        for assignment in link.take_settings():
+            try:
+                trial.assign(assignment)
+                print(f"turbidock-ros: {assignment}", file=sys.stderr)
+            except _core.ConfigError as error:
+                print(f"turbidock-ros: {error}", file=sys.stderr)
+        due = max(due + 1 / frames_per_second, time.monotonic() - 1)
+        if not is_fast:
+            time.sleep(max(0.0, due - time.monotonic()))

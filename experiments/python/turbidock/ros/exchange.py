@@ -1,0 +1,370 @@
+"""One frame is one exchange: what is known of it goes out with its stamp, then the trial waits for an answer with the same."""
+
+from __future__ import annotations
+
+import math
+import os
+import pathlib
+import shlex
+import socket
+import sys
+import time
+from dataclasses import dataclass, field
+from typing import Any, Iterable, Sequence
+
+from .. import _core
+from . import wire
+from .nodes import Nodes
+from .topics import CLOCK, START_S, Topic
+
+DOMAINS = range(1, 102)  # those whose ports Linux gives to nobody else
+_STEP_S = 0.05  # of a wait
+_SETTLE_S = 0.3  # from our knowing of the nodes' topics to their knowing of ours
+_WALL_CLOCK_NS = 10**17  # stamps beyond it are of the wall clock
+
+
+@dataclass
+class Stack:
+    """The user's nodes, and how they are spoken with. What a process is forked with is its own."""
+
+    launch: str = ""  # a command; empty: they run already
+    version: str = ""  # of the nodes: results of a batch are kept by it
+    domain: int | None = None  # ROS_DOMAIN_ID; none: with `launch` one that nobody uses, else the environment's
+    first_answer_s: float = 60.0  # wall time, with the start of the nodes
+    answer_s: float = 10.0
+    reset: bool = False  # the nodes stay, and their service `reset` is called when a trial begins
+    log: str = ""  # folder of the nodes' output
+    ros_arguments: list[str] = field(default_factory=list)  # of --ros-args: remapping
+
+
+stack = Stack()
+
+
+def use(**values: Any) -> None:
+    """What to use from the next trial on: the fields of Stack. TypeError for another."""
+    global stack
+    close()
+    stack = Stack(**values)
+
+
+def close() -> None:
+    """Ends what this process has of ROS, with the nodes that it started."""
+    global _link
+    if _link and _link.process == os.getpid():
+        _link.close()
+    _link = None
+
+
+def stamp_of(plug_in: Any, frame: int) -> int:
+    """ROS time [ns] of the exposure of a plug-in's image."""
+    return arrival_of(plug_in, frame) - round(1e9 * float(plug_in.delay_s))
+
+
+def arrival_of(plug_in: Any, frame: int) -> int:
+    """And of its arrival, which is now."""
+    return START_S * 10**9 + round(1e9 * float((frame + plug_in.delay_frames) * plug_in.frame_s))
+
+
+def _is_bound(port: int) -> bool:
+    """Whether a process of this machine listens on a UDP port."""
+    lines = pathlib.Path("/proc/net/udp").read_text(encoding="ascii").splitlines()[1:]
+    return any(int(line.split()[1].rpartition(":")[2], 16) == port for line in lines)
+
+
+def _claim(domain: int) -> socket.socket | None:
+    """A domain for this process until it ends, in whatever way; None where another trial has it."""
+    claim = socket.socket(socket.AF_UNIX)
+    try:
+        claim.bind(f"\0turbidock-ros-domain-{domain}")  # leaves no file
+    except OSError:
+        claim.close()
+        return None
+    return claim
+
+
+def _is_used(domain: int) -> bool:
+    return _is_bound(7400 + 250 * domain)  # where every node of it hears of others
+
+
+def _free_domain() -> tuple[int, socket.socket]:
+    for domain in DOMAINS:
+        claim = None if _is_used(domain) else _claim(domain)
+        if claim:
+            return domain, claim
+    raise _core.PluginError(f"each ROS_DOMAIN_ID from {DOMAINS[0]} to {DOMAINS[-1]} is in use")
+
+
+def _given_domain(domain: int, starts_nodes: bool) -> tuple[int, socket.socket]:
+    if starts_nodes and _is_used(domain):
+        raise _core.PluginError(f"ROS_DOMAIN_ID {domain} is in use by other nodes; without --domain a worker takes a free one")
+    claim = _claim(domain)
+    if not claim:
+        raise _core.PluginError(f"ROS_DOMAIN_ID {domain} is in use by another trial")
+    return domain, claim
+
+
+class Link:
+    """Of a process: a node, a domain, and, while a trial is under way, the user's nodes. A trial is that of the plug-ins which
+    have entered it."""
+
+    def __init__(self) -> None:
+        self.process = os.getpid()
+        self._stack = stack
+        self._wire: wire.Wire | None = None
+        self._claim: socket.socket | None = None
+        self._domain = 0
+        self._environment: dict[str, str] = {}  # of the nodes
+        self._nodes: Nodes | None = None
+        self._inside: dict[str, int] = {}  # plug-ins by what they are
+        self._trials = 0
+        self._matched: set[Topic] = set()  # answers that somebody may give
+        self._answered: set[Topic] = set()  # and has given
+        self._now = self._paused = self._steps = self._asked = 0
+        self._last: dict[str, str] = {}  # by topic: the stamp of the last answer that was not waited for
+        self._begun = 0.0
+        self.by_hand = self.again = False  # whether the trial can be begun again and changed, and shall be
+        self._settings: list[str] = []
+
+    # --------------------------------------------------------------------------------- the trial
+
+    def enter(self, role: str, plug_in: object, publishes: Iterable[Topic], hears: Iterable[Topic]) -> None:
+        """A plug-in begins: a trial, where it is the first one of it."""
+        if role in self._inside or not self._inside:
+            self._begin()
+        self._inside[role] = id(plug_in)
+        assert self._wire
+        self._wire.open([CLOCK, *publishes], hears)
+
+    def leave(self, role: str, plug_in: object) -> None:
+        """The last one that leaves ends the trial."""
+        if self.process != os.getpid() or self._inside.get(role) != id(plug_in):
+            return
+        del self._inside[role]
+        if not self._inside:
+            self._end()
+
+    def _begin(self) -> None:
+        self._inside.clear()
+        self._end()
+        self._begun = time.monotonic()
+        self._now = self._asked = 0
+        self._matched.clear()
+        self._answered.clear()
+        self._last.clear()
+        self._trials += 1
+        self._connect()
+        assert self._wire
+        if self._stack.launch and self._nodes is None:
+            log = f"{self._stack.log}/{self.process}-{self._trials}.log" if self._stack.log else ""
+            self._nodes = Nodes(self._stack.launch, log, self._environment)
+        if self._stack.reset and not self._wire.call("reset", self._stack.first_answer_s):
+            raise _core.NoAnswer(f"no node has answered the service reset in {self._stack.first_answer_s:g} s{self._output()}")
+
+    def _end(self) -> None:
+        if self._wire:  # with it goes what nodes of this trial may still say
+            self._wire.close()
+            self._wire = None
+        if self._nodes and not self._stack.reset:
+            nodes, self._nodes = self._nodes, None
+            nodes.close()
+
+    def _connect(self) -> None:
+        launch, given = self._stack.launch, self._stack.domain
+        if given is None and not launch:
+            given = int(os.environ.get("ROS_DOMAIN_ID") or 0)
+        if not self._claim:
+            self._domain, self._claim = _free_domain() if given is None else _given_domain(given, bool(launch))
+        own = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        if launch:
+            own = {"RMW_IMPLEMENTATION": "rmw_fastrtps_cpp", "RMW_FASTRTPS_USE_QOS_FROM_XML": "1",
+                   "FASTRTPS_DEFAULT_PROFILES_FILE": str(pathlib.Path(__file__).with_name("fastdds.xml"))}
+        before = dict(os.environ)
+        self._environment = {**own, **before, "ROS_DOMAIN_ID": str(self._domain)}
+        if launch:
+            self._environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "SYSTEM_DEFAULT"  # as the profile says
+        try:
+            os.environ.update(self._environment)
+            self._wire = wire.Wire(self._domain, self._stack.ros_arguments)
+        finally:
+            os.environ.clear()
+            os.environ.update(before)
+        self._wire.serve("SetBool", "~/pause", lambda request: self.pause(request.data))
+        self._wire.serve("Trigger", "~/step", self._step)
+        if self.by_hand:
+            self._wire.serve("Trigger", "~/reset", self._reset)
+            self._wire.serve_parameters(self._settings.append)
+
+    def close(self) -> None:
+        self._inside.clear()
+        self._end()
+        if self._nodes:
+            self._nodes.close()
+        if self._claim:
+            self._claim.close()
+        self._nodes = self._claim = None
+
+    def pause(self, is_paused: bool) -> str:
+        """Before the next frame, until it is told otherwise; says what it does."""
+        self._paused, self._steps = int(is_paused), 0
+        return "paused" if self._paused else "goes on"
+
+    def _step(self, _: Any) -> str:
+        self._paused, self._steps = 1, self._steps + 1
+        return "a frame"
+
+    def _reset(self, _: Any) -> str:
+        self.again = True
+        return "begins again"
+
+    def take_settings(self) -> list[str]:
+        """What was set since the last call, as assignments."""
+        taken, self._settings[:] = list(self._settings), []
+        return taken
+
+    # --------------------------------------------------------------------------------- a frame
+
+    def begin_frame(self, now: int) -> None:
+        """Moves /clock on, once a frame; waits while somebody has paused the trial."""
+        if now <= self._now:
+            return
+        assert self._wire
+        while self._paused and not (self._steps or self.again or self._settings or _core.stop_signal()):
+            self._wire.spin(_STEP_S)
+        self._steps = max(0, self._steps - 1)
+        self._now = now
+        self.send(CLOCK, wire.clock(CLOCK, now))
+
+    def send(self, topic: Topic, message: Any) -> None:
+        assert self._wire
+        self._wire.send(topic, message)
+
+    def await_nodes(self, asks: Sequence[Topic], answers: Sequence[Topic]) -> None:
+        """Before the first frame: until somebody hears what is asked, and somebody may answer."""
+        if self._matched & set(answers):
+            return
+        self._matched |= set(answers)
+        assert self._wire
+        end = self._begun + self._stack.first_answer_s
+        said = time.monotonic()
+        while not _core.stop_signal():
+            silent = [topic for topic in asks if not self._wire.readers(topic)]
+            writers = [writer for topic in answers for writer in self._wire.writers(topic)]
+            if not silent and writers and not self._wire.mismatches():
+                break
+            said = self._say(said, "waits for " + (f"somebody who hears {self._wire.names(silent)}" if silent else
+                                                   f"somebody who publishes {self._wire.names(answers)}"))
+            self._check(end, answers, 0, self._stack.first_answer_s)
+            self._wire.spin(_STEP_S)
+        settled = time.monotonic() + _SETTLE_S
+        while time.monotonic() < settled:
+            self._wire.spin(_STEP_S)
+        if others := self._wire.intruders():
+            topic, name = others[0]
+            raise _core.PluginError(f"{name} also publishes {self._wire.names([topic])}, which the trial does")
+
+    def ask(self, answers: Sequence[Topic], stamp: int) -> tuple[Topic, Any] | None:
+        """The answer to the frame of this stamp; None where a signal has stopped the trial. NoAnswer when none comes;
+        PluginError for what no answer may be."""
+        assert self._wire
+        begun = said = time.monotonic()
+        is_first = not self._answered & set(answers)
+        longest = self._stack.first_answer_s if is_first else self._stack.answer_s
+        self._asked += 1
+        while not _core.stop_signal():
+            while self._wire.heard:
+                topic, message = self._wire.heard.pop(0)
+                if topic in answers and self._is_answer(topic, message, stamp):
+                    if is_first or self._asked % 30 == 0:
+                        self._require_one(answers)
+                    self._answered |= set(answers)
+                    return topic, message
+            if is_first:
+                said = self._say(said, f"waits for {self._wire.names(answers)} of stamp {_text(stamp)}")
+            if time.monotonic() - begun > _STEP_S:
+                self._check(begun + longest, answers, stamp, longest)
+            self._wire.spin(_STEP_S)
+        return None
+
+    def _is_answer(self, topic: Topic, message: Any, stamp: int) -> bool:
+        assert self._wire
+        given, name = wire.stamp_ns(message), self._wire.names([topic])
+        if given is None or given == stamp:
+            return True
+        if given == 0:
+            raise _core.PluginError(f"{name}: an answer without a stamp: it must be that of the frame, {_text(stamp)}")
+        if given > stamp:
+            clock = ("of the wall clock: give the node use_sim_time, or the frame's stamp" if given > _WALL_CLOCK_NS
+                     else "of the future")
+            raise _core.PluginError(f"{name}: stamp {_text(given)} is {clock}; the frame that is waited for has {_text(stamp)}")
+        self._last[name] = _text(given)
+        return False
+
+    def _require_one(self, answers: Sequence[Topic]) -> None:
+        assert self._wire
+        writers = [writer for topic in answers for writer in self._wire.writers(topic)]
+        if len(writers) > 1:
+            raise _core.PluginError(f"{self._wire.names(answers)}: {len(writers)} publish it: {', '.join(sorted(writers))}; "
+                                    "one must")
+
+    def _check(self, end: float, answers: Sequence[Topic], stamp: int, longest: float) -> None:
+        """NoAnswer where the nodes have ended, or when it is time."""
+        assert self._wire
+        code = self._nodes.ended() if self._nodes else None
+        late = time.monotonic() > end
+        if code is None and not late:
+            return
+        asked = f"{self._wire.names(answers)} of stamp {_text(stamp)}" if stamp else self._wire.names(answers)
+        if late:
+            why = f"no answer on {asked} in {longest:g} s"
+        else:
+            assert self._nodes
+            why = f"no answer on {asked}: '{self._nodes.command}' has ended with exit code {code}"
+        who = sorted({writer for topic in answers for writer in self._wire.writers(topic)})
+        why += f" from {', '.join(who)}" if who else ", which nobody publishes"
+        old = "".join(f"; {name} had stamp {old} last" for name, old in self._last.items())
+        fit = "".join(f"; {problem}" for problem in self._wire.mismatches())
+        there = self._wire.others()
+        raise _core.NoAnswer(f"{why}{old}{fit}; nodes: {', '.join(there) or 'none'}{self._output()}")
+
+    def _output(self) -> str:
+        tail = self._nodes.tail() if self._nodes else ""
+        return f"; the last of their output:\n{tail}" if tail else ""
+
+    def _say(self, said: float, what: str) -> float:
+        """Once a second."""
+        if time.monotonic() < said + 1:
+            return said
+        assert self._wire
+        problems = "".join(f"; {problem}" for problem in self._wire.mismatches())
+        there = ", ".join(self._wire.others()) or "none"
+        print(f"turbidock-ros: {what}; nodes: {there}{problems}", file=sys.stderr, flush=True)
+        return time.monotonic()
+
+
+def _text(stamp: int) -> str:
+    return f"{stamp // 10**9}.{stamp % 10**9:09d}"
+
+
+def problem_of_pose(position: Sequence[float], quaternion: Sequence[float]) -> str:
+    """What is wrong with a pose; empty where nothing is."""
+    if not all(map(math.isfinite, [*position, *quaternion])):
+        return f"is not finite: position {list(position)}, quaternion {list(quaternion)}"
+    length = math.hypot(*quaternion)
+    return "" if abs(length - 1) < 1e-3 else f"has a quaternion of length {length:g}"
+
+
+_link: Link | None = None
+
+
+def link() -> Link:
+    """That of this process."""
+    global _link
+    if _link is None or _link.process != os.getpid():
+        _link = Link()
+    return _link
+
+
+def code_of_stack() -> str:
+    """What results follow from besides the scenario, as far as it can be told: empty without the nodes' version."""
+    s = stack
+    return shlex.join([s.launch, s.version, str(s.reset), *s.ros_arguments]) if s.version else ""

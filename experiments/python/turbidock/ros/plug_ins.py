@@ -1,0 +1,166 @@
+"""The user's nodes as controllers and as an estimator of a trial."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any, Sequence
+
+import numpy as np
+
+from .. import _core
+from ..frames import rotation
+from ..plug_in import Controller, Estimator, Key
+from . import exchange, wire
+from .topics import (ANSWERS, APPLIED, AXES, CONTROLLER, DESIRED, ESTIMATE, HEAD, IMAGES, IMU, LEFT, NAVIGATION, POSE,
+                     QUALITY, RATE)
+
+_NOT_SEEN = -0.2  # F of a marker that is not there, as in true_pose
+_SEEN = 0.9
+
+
+def _code(cls: type) -> str:
+    """Of what is known of the nodes: empty without their version, and then no later call goes on with a batch's file."""
+    text = exchange.code_of_stack()
+    return hashlib.sha256(f"{cls.__name__} {text}".encode()).hexdigest()[:16] if text else ""
+
+
+class _NodeController(Controller):
+    """A node that gets the marker's pose and where it is wanted, and answers with a demand."""
+
+    pose_filter = False
+    _answer = "wrench"
+
+    @classmethod
+    def _code(cls) -> str:
+        return _code(cls)
+
+    def start(self) -> None:
+        self._link = exchange.link()
+        self._link.enter("controller", self, CONTROLLER, ANSWERS[self._answer])
+        self._sent = -1
+
+    def __del__(self) -> None:
+        if hasattr(self, "_link"):
+            self._link.leave("controller", self)
+
+    def observe(self, seen: _core.Observation) -> None:
+        self._link.await_nodes((DESIRED,), ANSWERS[self._answer])
+        stamp = exchange.stamp_of(self, seen.frame)
+        self._link.begin_frame(exchange.arrival_of(self, seen.frame))
+        send = self._link.send
+        send(POSE, wire.pose(POSE, stamp, seen.position.tolist(),
+                             None if seen.variance is None else seen.variance.tolist()))
+        if seen.rate is not None:
+            send(RATE, wire.twist(RATE, stamp, seen.rate.tolist()))
+        send(QUALITY, wire.named(QUALITY, stamp, "position", {"fitness": seen.fitness, "detected": 1.0}))
+        send(IMU, wire.imu(IMU, stamp, seen.roll_pitch.tolist(), seen.roll_pitch_rate.tolist()))
+        if seen.navigation is not None:
+            send(NAVIGATION, wire.navigation(NAVIGATION, stamp, HEAD, seen.navigation))
+
+    def demand(self, seen: _core.Observation, wanted: _core.Reference) -> Sequence[float] | np.ndarray:
+        stamp = exchange.stamp_of(self, seen.frame)
+        self._link.send(DESIRED, wire.pose(DESIRED, stamp, wanted.position.tolist()))
+        answer = self._link.ask(ANSWERS[self._answer], stamp)
+        if answer is None:  # stopped
+            return np.zeros(4)
+        topic, message = answer
+        try:
+            axes = wire.axes_of(message)
+        except ValueError as error:
+            raise _core.PluginError(f"{topic.name}: {error}") from None
+        if not np.isfinite(axes).all():
+            raise _core.PluginError(f"{topic.name}: {axes} is not finite")
+        frame = "" if not topic.frame else wire.frame_id(message)
+        if frame != topic.frame:
+            raise _core.PluginError(f"{topic.name}: frame_id '{frame}', must be {topic.frame}")
+        return self.demand_of(axes, seen)
+
+    def demand_of(self, axes: list[float], seen: _core.Observation) -> Sequence[float] | np.ndarray:
+        """Of what was answered."""
+        return axes
+
+    def given(self, frame: int, given: np.ndarray) -> None:
+        if frame > self._sent:
+            self._sent = frame
+            self._link.send(APPLIED, wire.named(APPLIED, exchange.stamp_of(self, frame), "effort", dict(zip(AXES, given))))
+
+
+class WrenchController(_NodeController):
+    """Answers with WrenchStamped."""
+
+    name = "ros_wrench"
+
+
+class VoltsController(_NodeController):
+    """Answers with the volts of the published vehicle."""
+
+    name, asks_for, _answer = "ros_volts", "volts", "volts"
+
+
+class TwistController(_NodeController):
+    """Answers with a velocity through the water. It is kept by the vehicle's known drag and a share of the error in speed."""
+
+    name, pose_filter, _answer = "ros_twist", True, "twist"
+    gain_per_s = Key(2.0, 0.0, 100.0, "acceleration for each m/s, or rad/s, of error in speed")
+
+    def demand_of(self, axes: list[float], seen: _core.Observation) -> np.ndarray:
+        wanted = np.array(axes)
+        assert seen.rate is not None
+        v = self.vehicle
+        drag = wanted * (v["linear_damping"] + v["quadratic_damping"] * np.abs(wanted))
+        return np.asarray(drag + v["inertia"] * self.gain_per_s * (wanted + seen.rate))  # the marker comes as the vehicle goes
+
+
+class ImageEstimator(Estimator):
+    """A node that gets the images of both cameras and answers where the marker is."""
+
+    name = "ros_estimator"
+
+    @classmethod
+    def _code(cls) -> str:
+        return _code(cls)
+
+    def start(self) -> None:
+        self._link = exchange.link()
+        self._link.enter("estimator", self, IMAGES, (ESTIMATE,))
+        self._last: tuple[Sequence[float], Sequence[float]] = ([1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0])
+
+    def __del__(self) -> None:
+        if hasattr(self, "_link"):
+            self._link.leave("estimator", self)
+
+    def update(self, left: np.ndarray, right: np.ndarray) -> tuple[Any, Any, float]:
+        self._link.await_nodes(IMAGES[:2], (ESTIMATE,))
+        stamp = exchange.stamp_of(self, self.frame)
+        self._link.begin_frame(exchange.arrival_of(self, self.frame))
+        for topic, is_right in zip(IMAGES[2:], (False, True)):
+            self._link.send(topic, wire.camera_info(topic, stamp, self.rig, is_right))
+        for topic, pixels in zip(IMAGES, (left, right)):
+            self._link.send(topic, wire.image(topic, stamp, pixels))
+        answer = self._link.ask((ESTIMATE,), stamp)
+        if answer is None:  # stopped
+            return *self._last, _NOT_SEEN
+        _, message = answer
+        position, quaternion, is_seen = wire.pose_of(message)
+        if not is_seen:
+            return *self._last, _NOT_SEEN
+        if problem := exchange.problem_of_pose(position, quaternion):
+            raise _core.PluginError(f"{ESTIMATE.name}: {problem}")
+        self._last = self._in_head(wire.frame_id(message), position, quaternion)
+        return *self._last, _SEEN
+
+    def _in_head(self, frame: str, position: list[float], quaternion: list[float]) -> tuple[Sequence[float], Sequence[float]]:
+        if frame == HEAD:
+            return position, quaternion
+        if frame != LEFT:
+            raise _core.PluginError(f"{ESTIMATE.name}: frame_id '{frame}', must be {HEAD} or {LEFT}")
+        # x of the head is z of the optical frame, y is -x, z is -y
+        turn = (0.5, -0.5, 0.5, -0.5)
+        place = rotation(turn) @ np.array(position) + (0, self.rig.baseline_m / 2, 0)
+        (a, b, c, d), (w, x, y, z) = turn, quaternion
+        turned = [a * w - b * x - c * y - d * z, a * x + b * w + c * z - d * y,
+                  a * y - b * z + c * w + d * x, a * z + b * y - c * x + d * w]
+        return place, turned
+
+
+CONTROLLERS = {"wrench": WrenchController, "twist": TwistController, "volts": VoltsController}

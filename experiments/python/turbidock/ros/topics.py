@@ -1,0 +1,69 @@
+"""What a trial and the user's nodes say to each other: the one table of topics.
+`turbidock-ros topics` prints it.
+
+Frames are those of REP 103 and 105: x forward, y left, z up; of a camera that ends in `_optical`: x right, y down, z ahead.
+Units are SI. Every message of a frame has the stamp of that frame's one exposure; trials begin at START_S, so that no stamp
+is zero."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+START_S = 10  # ROS time at the trial's beginning
+BASE, HEAD, MARKER = "base_link", "camera_head", "marker"
+LEFT, RIGHT = "left_camera_optical", "right_camera_optical"
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic: its name, which can be remapped, and all that is to be known of it."""
+
+    name: str
+    type: str  # package/Name
+    frame: str  # header.frame_id
+    doc: str
+    answer: bool = False  # from the user's nodes
+
+
+CLOCK = Topic("/clock", "rosgraph_msgs/Clock", "", "now: the exposure plus the scenario's camera delay")
+IMAGES = (
+    Topic("left/image_raw", "sensor_msgs/Image", LEFT, "rgb8, as the estimator gets it, without distortion"),
+    Topic("right/image_raw", "sensor_msgs/Image", RIGHT, "the same"),
+    Topic("left/camera_info", "sensor_msgs/CameraInfo", LEFT, "K, and P of the rectified pair; pixels"),
+    Topic("right/camera_info", "sensor_msgs/CameraInfo", RIGHT, "P[3] is -fx times the baseline"))
+POSE = Topic("marker/pose", "geometry_msgs/PoseWithCovarianceStamped", HEAD,
+             "estimate of the marker: x, y, z and heading; covariance 0 where none is claimed; m, rad")
+RATE = Topic("marker/rate", "geometry_msgs/TwistStamped", HEAD, "of the pose filter, of x, y, z, heading; m/s, rad/s")
+QUALITY = Topic("marker/quality", "sensor_msgs/JointState", "", "position[0] is F (`fitness`), position[1] `detected`, 0 or 1")
+IMU = Topic("imu", "sensor_msgs/Imu", BASE, "roll, pitch and their rates, as measured; heading and acceleration are unknown")
+NAVIGATION = Topic("navigation", "nav_msgs/Odometry", MARKER,
+                   "of camera_head: z, heading and, with a fix, x and y; variance 1e6 without. Where the scenario has it")
+DESIRED = Topic("marker/desired", "geometry_msgs/PoseStamped", HEAD,
+                "where the procedure wants the marker. Sent last, and while the controller is in charge: answer it")
+APPLIED = Topic("applied", "sensor_msgs/JointState", BASE,
+                "effort: what the vehicle could give of the frame's demand: surge, sway, heave, yaw; N, N m or V")
+
+ESTIMATE = Topic("estimate", "geometry_msgs/PoseWithCovarianceStamped", f"{HEAD} or {LEFT}",
+                 "of the marker; covariance[0] = -1: not seen", True)
+WRENCH = Topic("wrench", "geometry_msgs/WrenchStamped", BASE, "force and torque.z; N, N m: --answer wrench", True)
+VELOCITY = Topic("cmd_vel", "geometry_msgs/TwistStamped", BASE,
+                 "linear x, y, z and angular z; m/s, rad/s, through the water: --answer twist", True)
+UNSTAMPED = Topic("cmd_vel_unstamped", "geometry_msgs/Twist", "",
+                  "the same without a stamp: counted for the frame that is waited for", True)
+VOLTS = Topic("volts", "sensor_msgs/JointState", BASE,
+              "effort of surge, sway, heave, yaw, V, by name: --answer volts, for the published vehicle", True)
+
+CONTROLLER = (POSE, RATE, QUALITY, IMU, NAVIGATION, APPLIED, DESIRED)
+ANSWERS = {"wrench": (WRENCH,), "twist": (VELOCITY, UNSTAMPED), "volts": (VOLTS,)}
+AXES = ("surge", "sway", "heave", "yaw")
+
+ALL = (CLOCK, *IMAGES, *CONTROLLER, ESTIMATE, WRENCH, VELOCITY, UNSTAMPED, VOLTS)
+
+
+def as_markdown() -> str:
+    """The table of all topics. Reliable, volatile, the last ten: QoS of all."""
+    rows = ["| Topic | Type | frame_id | |", "|---|---|---|---|"]
+    for answers, title in ((False, "**To your nodes**"), (True, "**From your nodes**")):
+        rows.append(f"| {title} | | | |")
+        rows += [f"| `{t.name}` | {t.type} | {t.frame} | {t.doc} |" for t in ALL if t.answer is answers]
+    return "\n".join(rows) + "\n"

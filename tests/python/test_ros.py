@@ -1,0 +1,276 @@
+"""Trials in lock step with ROS 2 nodes: what is said and refused, with nodes that the tests play, and a few through DDS.
+ros_trials.py has those that take long."""
+
+import json
+import os
+import pathlib
+import sys
+import time
+
+import numpy as np
+import pytest
+import rclpy
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, WrenchStamped
+
+import turbidock
+from ros_command import (EXAMPLES, P_VOLTAGE, PAPER, built_in, nothing_is_left, plan, processes, ros,  # noqa: F401: fixtures
+                         said, wait_until)
+from turbidock.ros import command, exchange, nodes, plug_ins, topics, wire
+
+QUICK = {"pose_source": "true_pose", "true_pose.found_after_s": 0, "duration_s": 1}
+
+
+def right_answer(topic, message):
+    """To what a controller or an estimator is asked."""
+    answer = WrenchStamped() if topic == topics.DESIRED else PoseWithCovarianceStamped()
+    answer.header.stamp.sec, answer.header.stamp.nanosec = message.header.stamp.sec, message.header.stamp.nanosec
+    answer.header.frame_id = "base_link" if topic == topics.DESIRED else "camera_head"
+    if topic != topics.DESIRED:
+        answer.pose.pose.position.x = answer.pose.pose.orientation.w = 1.0
+    return answer
+
+
+def spoil(what, answer):
+    """Makes it one that none may be."""
+    stamp = answer.header.stamp
+    if what == "old":
+        stamp.sec -= 1
+    elif what == "future":
+        stamp.sec += 1
+    elif what == "zero":
+        stamp.sec = stamp.nanosec = 0
+    elif what == "wall":
+        stamp.sec = int(time.time())
+    elif what == "frame":
+        answer.header.frame_id = "map"
+    elif what == "nan":
+        (answer.pose.pose.position if hasattr(answer, "pose") else answer.wrench.force).x = float("nan")
+    elif what == "length":
+        answer.pose.pose.orientation.w = 0.0
+    elif what == "unseen":
+        answer.pose.covariance[0] = -1.0
+
+
+class Played:
+    """A Wire to a node that answers as `what` says; `sent` has what it was told."""
+
+    what, sent = "right", []
+
+    def __init__(self, domain, arguments):
+        self.heard, self.frames = [], 0
+        Played.sent = []
+
+    def send(self, topic, message):
+        self.sent.append((topic, message))
+        if topic not in (topics.DESIRED, topics.IMAGES[1]):
+            return
+        self.frames += 1
+        answer = right_answer(topic, message)
+        spoil(self.what, answer)
+        if self.what == "unstamped":
+            self.heard.append((topics.UNSTAMPED, Twist()))
+        elif self.what != "silent" or self.frames < 6:
+            self.heard.append((topics.WRENCH if topic == topics.DESIRED else topics.ESTIMATE, answer))
+
+    def spin(self, longest_s):
+        time.sleep(0.01)
+
+    def readers(self, topic):
+        return 1
+
+    def writers(self, topic):
+        if topic == topics.VELOCITY:
+            return []
+        return ["/odd", "/other"] if self.what == "two" else ["/odd"]
+
+    def others(self):
+        return ["/odd"]
+
+    def mismatches(self):
+        return []
+
+    def intruders(self):
+        return [(topics.DESIRED, "/odd")] if self.what == "intruder" else []
+
+    def names(self, which):
+        return ", ".join(f"/{topic.name}" for topic in which)
+
+    def nothing(self, *_):
+        pass
+
+    open = serve = serve_parameters = close = nothing
+
+
+@pytest.fixture
+def play(monkeypatch):
+    """Flies a trial of a second with a node that does this."""
+    monkeypatch.setattr(wire, "Wire", Played)
+    monkeypatch.setattr(exchange, "_SETTLE_S", 0)
+
+    def fly(what, controller=turbidock.ros.WrenchController, estimator=None, **stack):
+        monkeypatch.setattr(Played, "what", what)
+        turbidock.ros.use(**{"answer_s": 0.2, "first_answer_s": 0.4, **stack})
+        settings = {**QUICK, "duration_s": 0.1, "pose_source": "cameras"} if estimator else QUICK
+        return turbidock.run("pool_active", controller=None if estimator else controller, estimator=estimator,
+                             settings=settings)
+
+    yield fly
+    turbidock.ros.use()
+
+
+# ------------------------------------------------------------------------------------------ answers
+
+
+@pytest.mark.parametrize("role, what, problem", [
+    ("controller", "zero", r"/wrench: an answer without a stamp: it must be that of the frame, 1\d\.\d{9}"),
+    ("controller", "future", r"is of the future; the frame that is waited for has 1\d"),
+    ("controller", "wall", "is of the wall clock: give the node use_sim_time"),
+    ("controller", "frame", "wrench: frame_id 'map', must be base_link"),
+    ("controller", "nan", "is not finite"),
+    ("controller", "two", "2 publish it: /odd, /other; one must"),
+    ("controller", "intruder", "/odd also publishes /marker/desired, which the trial does"),
+    ("estimator", "nan", "estimate: is not finite"),
+    ("estimator", "length", "estimate: has a quaternion of length 0"),
+    ("estimator", "frame", "estimate: frame_id 'map', must be camera_head or left_camera_optical"),
+])
+def test_an_answer_that_no_answer_may_be_is_named(play, role, what, problem):
+    with pytest.raises(turbidock.PluginError, match=problem) as raised:
+        play(what, estimator=turbidock.ros.ImageEstimator if role == "estimator" else None)
+    assert raised.type is turbidock.PluginError  # no silence
+
+
+@pytest.mark.parametrize("what, problem", [
+    ("silent", r"^no answer on /wrench of stamp 1\d\.\d{9} in 0.2 s from /odd; nodes: /odd$"),
+    ("old", r"^no answer on /wrench of stamp 1\d\.\d{9} in 0.4 s from /odd; /wrench had stamp \d+\.\d{9} last; nodes: /odd$"),
+])
+def test_silence_is_named(play, what, problem):
+    with pytest.raises(turbidock.NoAnswer, match=problem):
+        play(what)
+
+
+def test_a_launch_command_that_ended_is_named_with_its_output(play):
+    with pytest.raises(turbidock.NoAnswer, match="(?s)'echo no such package; exit 3' has ended with exit code 3.*no such package"):
+        play("old", launch="echo no such package; exit 3", domain=91, first_answer_s=30)
+
+
+def test_a_velocity_without_a_stamp_counts_for_the_frame_that_is_waited_for(play):
+    assert play("unstamped", turbidock.ros.TwistController).outcome == "timeout"
+
+
+def test_an_estimator_may_say_that_it_sees_nothing(play):
+    assert play("unseen", estimator=turbidock.ros.ImageEstimator).outcome == "timeout"
+    frames = [Played.sent[at:at + 5] for at in range(0, len(Played.sent), 5)]
+    assert len(frames) == 3  # at 30 a second
+    for frame in frames:
+        assert [topic for topic, _ in frame] == [topics.CLOCK, *topics.IMAGES[2:], *topics.IMAGES[:2]]
+        assert len({wire.stamp_ns(message) for _, message in frame[1:]}) == 1
+
+
+def test_an_estimate_in_the_left_camera_is_that_in_the_head():
+    estimator = plug_ins.ImageEstimator()
+    estimator.rig = turbidock.Rig(640, 480, 500.0, 500.0, 320.0, 240.0, 0.1)
+    point = np.array([0.2, -0.1, 1.5])  # right, down, ahead of the left camera
+    position, quaternion = estimator._in_head(topics.LEFT, list(point), [1.0, 0.0, 0.0, 0.0])
+    np.testing.assert_allclose(position, [1.5, 0.05 - 0.2, 0.1], atol=1e-15)
+    left, _ = estimator.rig.project(position)
+    np.testing.assert_allclose(left, [320 + 500 * 0.2 / 1.5, 240 - 500 * 0.1 / 1.5])
+    np.testing.assert_allclose(turbidock.frames.rotation(quaternion) @ [0, 0, 1], [1, 0, 0], atol=1e-15)  # its z is ahead
+
+
+# ------------------------------------------------------------------------------------------ surroundings
+
+
+def test_the_table_has_every_topic():
+    for topic in topics.ALL:
+        assert f"| `{topic.name}` | {topic.type} | {topic.frame} |" in topics.as_markdown()
+
+
+@pytest.mark.parametrize("arguments, problem", [
+    ("fly", "'fly' must be one of run, batch, gate, view"),
+    ("run pool_active", "say what your nodes do"),
+    ("batch a.yaml --workers 2 --answer wrench", "--workers 2: nodes that run already are one worker's"),
+    ("batch a.yaml --workers=2 --answer wrench --launch x --domain 3", "--domain is for one worker"),
+    ("run pool_active --answer wrench --domain 300", "--domain: 300 must be in 0 to 232"),
+    ("run pool_active --answer wrench --answer-within 0", "--answer-within: 0 must be above 0"),
+])
+def test_a_command_line_that_cannot_be(monkeypatch, arguments, problem):
+    monkeypatch.setattr(sys, "argv", ["turbidock-ros", *arguments.split()])
+    with pytest.raises(ValueError, match=problem):
+        command.main()
+
+
+def test_a_domain_in_use_is_refused(play):
+    with exchange._claim(97), pytest.raises(turbidock.PluginError, match="ROS_DOMAIN_ID 97 is in use by another trial"):
+        play("right", launch="sleep 9", domain=97)
+
+
+def test_a_command_is_ended_with_all_that_it_started():
+    mark = f"turbidock-test-{os.getpid()}"
+    started = nodes.Nodes("trap '' INT TERM; (sleep 1000 &); sleep 1000", "", {**os.environ, "TURBIDOCK_TEST": mark})
+    wait_until(lambda: len(processes(mark)) == 4)  # its keeper, the shell and what that started
+    assert started.ended() is None
+    started.close()
+    assert not processes(mark)
+
+
+def test_types_and_qos_that_do_not_match_are_named(monkeypatch):
+    turbidock.ros.use(launch="sleep 60", domain=92)
+    link, plug_in = exchange.link(), object()
+    link.enter("controller", plug_in, topics.CONTROLLER, topics.ANSWERS["wrench"])
+    for name, value in link._environment.items():
+        monkeypatch.setenv(name, value)
+    context = rclpy.context.Context()
+    rclpy.init(context=context, domain_id=92)
+    try:
+        node = rclpy.node.Node("odd", context=context)
+        volatile, best_effort, local = (rclpy.qos.QoSProfile(depth=10) for _ in range(3))
+        best_effort.reliability = rclpy.qos.ReliabilityPolicy.BEST_EFFORT
+        local.durability = rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL
+        node.create_publisher(WrenchStamped, "wrench", best_effort)
+        node.create_subscription(PoseStamped, "marker/pose", print, volatile)
+        node.create_publisher(PoseStamped, "marker/desired", volatile)
+        node.create_subscription(PoseStamped, "marker/desired", print, local)
+        node.create_subscription(PoseStamped, "marker/desired", print, best_effort)  # asks for less: that fits
+        wait_until(lambda: link._wire.others() == ["/odd"] and len(link._wire.mismatches()) == 3)
+        assert sorted(link._wire.mismatches()) == [
+            "/odd has /marker/pose as geometry_msgs/PoseStamped, it is geometry_msgs/PoseWithCovarianceStamped",
+            "/odd publishes /wrench as best effort, it must be reliable",
+            "/odd subscribes /marker/desired as transient local, it must be volatile"]
+        assert link._wire.intruders() == [(topics.DESIRED, "/odd")]
+        assert exchange._is_used(92) and not exchange._is_used(93)
+        with pytest.raises(turbidock.PluginError, match="ROS_DOMAIN_ID 92 is in use by other nodes"):
+            exchange._given_domain(92, starts_nodes=True)
+    finally:
+        context.try_shutdown()
+        link.leave("controller", plug_in)
+        turbidock.ros.use()
+
+
+# ---------------------------------------------------------------------------------------- through DDS
+
+
+def test_a_controller_as_a_node_flies_the_trial_of_the_built_in_one(built_in, tmp_path, nothing_is_left):
+    done = ros("run", *PAPER, "--json", "--answer", "volts", "--out", tmp_path / "out", launch=P_VOLTAGE,
+               environment=nothing_is_left)
+    said(done, 0)
+    assert json.loads(done.stdout)["digest"] == built_in
+    assert list((tmp_path / "out/nodes").iterdir())
+
+
+def test_workers_do_not_hear_each_other_and_a_node_that_is_killed_ends_its_trial_alone(tmp_path, nothing_is_left):
+    said(ros("batch", plan(tmp_path, 4), "--workers", 2, "--quiet", "--out", tmp_path / "ros.db", "--answer", "volts",
+             launch=f"{P_VOLTAGE} die {tmp_path / 'died'}", environment=nothing_is_left), 0)
+    theirs = turbidock.read_results(tmp_path / "ros.db")
+    ours = turbidock.batch(tmp_path / "plan.yaml", tmp_path / "own.db", workers=1)
+    assert sorted(theirs["digest"] == ours["digest"]) == [False, True, True, True]
+    assert sorted(theirs["outcome"])[0] == "no_answer" and "crashed" not in list(theirs["outcome"])
+    assert len(list((tmp_path / "ros.nodes").iterdir())) == 4
+
+
+def test_the_examples_dock(nothing_is_left):
+    nearby = pathlib.Path(__file__).parents[2] / "assets/gates/nearby_pool.yaml"
+    launch = f"{sys.executable} {EXAMPLES / 'controller_node.py'} & {sys.executable} {EXAMPLES / 'estimator_node.py'} & wait"
+    done = ros("run", nearby, "--seed", 3, "--answer", "wrench", "--estimator", "--expect", "success", "--json", launch=launch,
+               environment=nothing_is_left)
+    said(done, 0)
+    assert json.loads(done.stdout)["estimator"] == "ros_estimator"
