@@ -14,6 +14,7 @@
 #include "experiments/config/yaml_fields.h"
 #include "experiments/python/bindings.h"
 #include "experiments/trial/plugin_of.h"
+#include "experiments/trial/world.h"
 
 namespace turbidock::python {
 namespace {
@@ -262,6 +263,61 @@ std::string CodeOr(const std::string& code) {
                       : code;
 }
 
+control::Axes AxesOf(const py::object& given) {
+  return NumbersOf(given, control::kAxisCount, "must be four numbers up to 1e6");
+}
+
+// A scenario's controller by itself.
+class ControllerAlone {
+ public:
+  explicit ControllerAlone(const trial::Scenario& scenario)
+      : controller_(
+            scenario.plugins.Spec().make(trial::ModelOf(scenario), scenario.image_clock())) {}
+
+  void Observe(int64_t frame, const py::object& position, const py::object& rate) {
+    RequireLater(frame, &seen_);
+    controller_->Observe({.frame = frame,
+                          .position = AxesOf(position),
+                          .rate = rate.is_none() ? std::nullopt : std::optional(AxesOf(rate))});
+  }
+  py::array Demand(const py::object& position, const py::object& rate,
+                   const py::object& acceleration) {
+    if (!seen_) throw py::value_error("nothing has been observed");
+    return Copy(controller_->Demand({AxesOf(position), AxesOf(rate), AxesOf(acceleration)}));
+  }
+  void Given(int64_t frame, const py::object& given) {
+    RequireLater(frame, &given_);
+    controller_->OnCommandApplied(frame, AxesOf(given));
+  }
+
+ private:
+  static void RequireLater(int64_t frame, std::optional<int64_t>* last) {
+    if (*last && frame <= *last)
+      throw py::value_error(fmt::format("frame {} must be above {}", frame, **last));
+    *last = frame;
+  }
+
+  std::unique_ptr<control::Controller> controller_;
+  std::optional<int64_t> seen_, given_;
+};
+
+void AddController(py::module_* module) {
+  py::class_<ControllerAlone>(
+      *module, "ControllerAlone",
+      "A scenario's controller without what a trial has around it: procedure, pose filter, "
+      "setpoint, allocation. Frames must increase, else ValueError. Places are x, y, z [m] and "
+      "heading [rad] of the marker in the camera head.")
+      .def(py::init<const trial::Scenario&>())
+      .def("observe", &ControllerAlone::Observe, py::arg("frame"), py::arg("position"),
+           py::arg("rate") = py::none(),
+           "A usable estimate, with its rate where the controller has a pose filter.")
+      .def("demand", &ControllerAlone::Demand, py::arg("position"), py::arg("rate"),
+           py::arg("acceleration"),
+           "Surge, sway, heave [N] and yaw [N m], or volts, for where the marker shall be.")
+      .def("given", &ControllerAlone::Given, py::arg("frame"), py::arg("given"),
+           "What the vehicle could give of it; zeros while another steers.");
+}
+
 void AddSeen(py::module_* module) {
   py::class_<control::Observation>(*module, "Observation",
                                    "Where the marker is in the camera head, as far as it is known.")
@@ -322,6 +378,7 @@ void AddPlugins(py::module_* module) {
   py::register_exception<trial::NoAnswer>(*module, "NoAnswer", module->attr("PluginError"));
   py::register_exception_translator(&Translate);
   AddSeen(module);
+  AddController(module);
   py::class_<Plugins>(*module, "Plugins", "Controllers and estimators, turbidock's own and others.")
       .def(py::init<>())
       .def("add_controller",

@@ -88,7 +88,7 @@ def test_silence_is_named(nothing_is_left):
 
 @pytest.mark.parametrize("launch, problem", [
     ("echo no such package; exit 3", "has ended with exit code 3.*\n?.*no such package"),
-    ("sleep 1000", "waits for somebody who hears /marker/desired; nodes: none.*which nobody publishes; nodes: none"),
+    ("sleep 1000", "waits for somebody who hears /marker/desired, /marker/desired_axes; nodes: none.*which nobody publishes; nodes: none"),
     ("trap '' INT TERM; sleep 1000", "which nobody publishes"),
 ])
 def test_a_launch_command_that_gives_no_node(launch, problem, nothing_is_left):

@@ -3,7 +3,6 @@ ros_trials.py has those that take long."""
 
 import json
 import os
-import pathlib
 import sys
 import time
 
@@ -13,7 +12,7 @@ import rclpy
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, WrenchStamped
 
 import turbidock
-from ros_command import (EXAMPLES, P_VOLTAGE, PAPER, built_in, nothing_is_left, plan, processes, ros,  # noqa: F401: fixtures
+from ros_command import (EXAMPLES, HERE, P_VOLTAGE, PAPER, built_in, nothing_is_left, plan, processes, ros,  # noqa: F401: fixtures
                          said, wait_until)
 from turbidock.ros import command, exchange, nodes, plug_ins, topics, wire
 
@@ -257,6 +256,18 @@ def test_a_controller_as_a_node_flies_the_trial_of_the_built_in_one(built_in, tm
     assert list((tmp_path / "out/nodes").iterdir())
 
 
+def test_lqg_as_a_node_flies_the_trial_of_the_built_in_one(nothing_is_left):
+    trial = ["sea_night_active", "--seed", "7", "--set", "pose_source=true_pose", "--set", "duration_s=8"]
+    led = ["--set", "ros_wrench.setpoint.enabled=true"]
+    done = ros("run", *trial, *led, "--json", "--answer", "wrench", environment=nothing_is_left,
+               launch=f"exec {sys.executable} {HERE / 'ros_nodes/lqg.py'} sea_night_active")
+    said(done, 0)
+    ours = turbidock.run("sea_night_active", seed=7,
+                         settings={"pose_source": "true_pose", "duration_s": 8, "lqg.setpoint.enabled": True})
+    assert json.loads(done.stdout)["digest"] == ours.digest
+    assert ours.trajectory["controlled"].sum() > 100
+
+
 def test_workers_do_not_hear_each_other_and_a_node_that_is_killed_ends_its_trial_alone(tmp_path, nothing_is_left):
     said(ros("batch", plan(tmp_path, 4), "--workers", 2, "--quiet", "--out", tmp_path / "ros.db", "--answer", "volts",
              launch=f"{P_VOLTAGE} die {tmp_path / 'died'}", environment=nothing_is_left), 0)
@@ -268,7 +279,7 @@ def test_workers_do_not_hear_each_other_and_a_node_that_is_killed_ends_its_trial
 
 
 def test_the_examples_dock(nothing_is_left):
-    nearby = pathlib.Path(__file__).parents[2] / "assets/gates/nearby_pool.yaml"
+    nearby = HERE.parents[1] / "assets/gates/nearby_pool.yaml"
     launch = f"{sys.executable} {EXAMPLES / 'controller_node.py'} & {sys.executable} {EXAMPLES / 'estimator_node.py'} & wait"
     done = ros("run", nearby, "--seed", 3, "--answer", "wrench", "--estimator", "--expect", "success", "--json", launch=launch,
                environment=nothing_is_left)

@@ -142,6 +142,10 @@ class Scenario(Group, ScenarioKeys):
         """Every value, with its description as a comment."""
         return self._cpp.yaml()
 
+    def make_controller(self) -> _core.ControllerAlone:
+        """Its controller by itself, to steer with elsewhere: observe, demand, given for each frame."""
+        return _core.ControllerAlone(self._cpp)
+
     def __repr__(self) -> str:
         return f"<Scenario {self['description']!r}, seed {self['seed']}>"
 

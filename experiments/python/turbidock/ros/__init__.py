@@ -23,7 +23,7 @@ a frame gives the same trial again.
 
 Names can be remapped: `--ros-args -r wrench:=thruster_manager/input`. There is no `/tf`, and the trial's truth is in no topic.
 `--answer twist` keeps the velocity by the vehicle's known drag and `ros_twist.gain_per_s`. `marker/pose` is the estimate as it
-came; with `--set ros_wrench.pose_filter.enabled=true` it is the filtered one, and `marker/rate` comes too.
+came; with `--set ros_wrench.pose_filter.enabled=true` it is the filtered one, and `marker/axes` has its rates.
 
 Silence: no answer in `--answer-within` seconds (`--first-answer-within` with the nodes' start), or a launch command that ended,
 is the outcome `no_answer`, which counts neither as success nor as failure; `run` and `gate` end with exit code 4. Until the

@@ -239,7 +239,7 @@ class Link:
         self._wire.send(topic, message)
 
     def await_nodes(self, asks: Sequence[Topic], answers: Sequence[Topic]) -> None:
-        """Before the first frame: until somebody hears what is asked, and somebody may answer."""
+        """Before the first frame: until somebody hears one of what is asked, and somebody may answer."""
         if self._matched & set(answers):
             return
         self._matched |= set(answers)
@@ -247,17 +247,20 @@ class Link:
         end = self._begun + self._stack.first_answer_s
         said = time.monotonic()
         while not _core.stop_signal():
-            silent = [topic for topic in asks if not self._wire.readers(topic)]
+            is_heard = any(self._wire.readers(topic) for topic in asks)
             writers = [writer for topic in answers for writer in self._wire.writers(topic)]
-            if not silent and writers and not self._wire.mismatches():
+            if is_heard and writers and not self._wire.mismatches():
                 break
-            said = self._say(said, "waits for " + (f"somebody who hears {self._wire.names(silent)}" if silent else
-                                                   f"somebody who publishes {self._wire.names(answers)}"))
+            said = self._say(said, "waits for " + (f"somebody who publishes {self._wire.names(answers)}" if is_heard else
+                                                   f"somebody who hears {self._wire.names(asks)}"))
             self._check(end, answers, 0, self._stack.first_answer_s)
             self._wire.spin(_STEP_S)
-        settled = time.monotonic() + _SETTLE_S
+        settled, before = time.monotonic() + _SETTLE_S, [0]
         while time.monotonic() < settled:
             self._wire.spin(_STEP_S)
+            now = [self._wire.readers(topic) for topic in asks]
+            if now != before:
+                settled, before = time.monotonic() + _SETTLE_S, now
         if others := self._wire.intruders():
             topic, name = others[0]
             raise _core.PluginError(f"{name} also publishes {self._wire.names([topic])}, which the trial does")

@@ -11,8 +11,8 @@ from .. import _core
 from ..frames import rotation
 from ..plug_in import Controller, Estimator, Key
 from . import exchange, wire
-from .topics import (ANSWERS, APPLIED, AXES, CONTROLLER, DESIRED, ESTIMATE, HEAD, IMAGES, IMU, LEFT, NAVIGATION, POSE,
-                     QUALITY, RATE)
+from .topics import (ANSWERS, APPLIED, AXES, CONTROLLER, DESIRED, ESTIMATE, HEAD, IMAGES, IMU, LEFT, NAVIGATION, PLACE,
+                     POSE, QUALITY, SEEN, WANTED)
 
 _NOT_SEEN = -0.2  # F of a marker that is not there, as in true_pose
 _SEEN = 0.9
@@ -44,21 +44,21 @@ class _NodeController(Controller):
             self._link.leave("controller", self)
 
     def observe(self, seen: _core.Observation) -> None:
-        self._link.await_nodes((DESIRED,), ANSWERS[self._answer])
+        self._link.await_nodes((DESIRED, WANTED), ANSWERS[self._answer])
         stamp = exchange.stamp_of(self, seen.frame)
         self._link.begin_frame(exchange.arrival_of(self, seen.frame))
         send = self._link.send
         send(POSE, wire.pose(POSE, stamp, seen.position.tolist(),
                              None if seen.variance is None else seen.variance.tolist()))
-        if seen.rate is not None:
-            send(RATE, wire.twist(RATE, stamp, seen.rate.tolist()))
-        send(QUALITY, wire.named(QUALITY, stamp, "position", {"fitness": seen.fitness, "detected": 1.0}))
+        send(SEEN, wire.named(SEEN, stamp, PLACE, position=seen.position, velocity=() if seen.rate is None else seen.rate))
+        send(QUALITY, wire.named(QUALITY, stamp, ("fitness", "detected"), position=(seen.fitness, 1.0)))
         send(IMU, wire.imu(IMU, stamp, seen.roll_pitch.tolist(), seen.roll_pitch_rate.tolist()))
         if seen.navigation is not None:
             send(NAVIGATION, wire.navigation(NAVIGATION, stamp, HEAD, seen.navigation))
 
     def demand(self, seen: _core.Observation, wanted: _core.Reference) -> Sequence[float] | np.ndarray:
         stamp = exchange.stamp_of(self, seen.frame)
+        self._link.send(WANTED, wire.moving(WANTED, stamp, PLACE, wanted.position, wanted.rate, wanted.acceleration))
         self._link.send(DESIRED, wire.pose(DESIRED, stamp, wanted.position.tolist()))
         answer = self._link.ask(ANSWERS[self._answer], stamp)
         if answer is None:  # stopped
@@ -82,7 +82,7 @@ class _NodeController(Controller):
     def given(self, frame: int, given: np.ndarray) -> None:
         if frame > self._sent:
             self._sent = frame
-            self._link.send(APPLIED, wire.named(APPLIED, exchange.stamp_of(self, frame), "effort", dict(zip(AXES, given))))
+            self._link.send(APPLIED, wire.named(APPLIED, exchange.stamp_of(self, frame), AXES, effort=given))
 
 
 class WrenchController(_NodeController):

@@ -33,11 +33,14 @@ IMAGES = (
     Topic("right/camera_info", "sensor_msgs/CameraInfo", RIGHT, "P[3] is -fx times the baseline"))
 POSE = Topic("marker/pose", "geometry_msgs/PoseWithCovarianceStamped", HEAD,
              "estimate of the marker: x, y, z and heading; covariance 0 where none is claimed; m, rad")
-RATE = Topic("marker/rate", "geometry_msgs/TwistStamped", HEAD, "of the pose filter, of x, y, z, heading; m/s, rad/s")
+SEEN = Topic("marker/axes", "sensor_msgs/JointState", HEAD,
+             "the same exactly: position of x, y, z, heading, velocity with a pose filter; m, rad, m/s, rad/s")
 QUALITY = Topic("marker/quality", "sensor_msgs/JointState", "", "position[0] is F (`fitness`), position[1] `detected`, 0 or 1")
 IMU = Topic("imu", "sensor_msgs/Imu", BASE, "roll, pitch and their rates, as measured; heading and acceleration are unknown")
 NAVIGATION = Topic("navigation", "nav_msgs/Odometry", MARKER,
                    "of camera_head: z, heading and, with a fix, x and y; variance 1e6 without. Where the scenario has it")
+WANTED = Topic("marker/desired_axes", "trajectory_msgs/JointTrajectory", HEAD,
+               "the next one exactly, with velocities and accelerations; m, rad, m/s, rad/s, m/s^2, rad/s^2")
 DESIRED = Topic("marker/desired", "geometry_msgs/PoseStamped", HEAD,
                 "where the procedure wants the marker. Sent last, and while the controller is in charge: answer it")
 APPLIED = Topic("applied", "sensor_msgs/JointState", BASE,
@@ -53,9 +56,10 @@ UNSTAMPED = Topic("cmd_vel_unstamped", "geometry_msgs/Twist", "",
 VOLTS = Topic("volts", "sensor_msgs/JointState", BASE,
               "effort of surge, sway, heave, yaw, V, by name: --answer volts, for the published vehicle", True)
 
-CONTROLLER = (POSE, RATE, QUALITY, IMU, NAVIGATION, APPLIED, DESIRED)
+CONTROLLER = (APPLIED, POSE, SEEN, QUALITY, IMU, NAVIGATION, WANTED, DESIRED)
 ANSWERS = {"wrench": (WRENCH,), "twist": (VELOCITY, UNSTAMPED), "volts": (VOLTS,)}
 AXES = ("surge", "sway", "heave", "yaw")
+PLACE = ("x", "y", "z", "heading")
 
 ALL = (CLOCK, *IMAGES, *CONTROLLER, ESTIMATE, WRENCH, VELOCITY, UNSTAMPED, VOLTS)
 

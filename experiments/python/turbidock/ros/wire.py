@@ -228,18 +228,22 @@ def pose(topic: Topic, stamp: int, axes: Sequence[float], variance: Sequence[flo
     return message
 
 
-def twist(topic: Topic, stamp: int, rates: Sequence[float]) -> Any:
+def named(topic: Topic, stamp: int, names: Sequence[str], **fields: Sequence[float] | np.ndarray) -> Any:
+    """A JointState with these names and, in these fields, values."""
     message = _made(topic, stamp)
-    linear = message.twist.linear
-    linear.x, linear.y, linear.z, message.twist.angular.z = (float(value) for value in rates)
+    message.name = list(names)
+    for field, values in fields.items():
+        setattr(message, field, [float(value) for value in values])
     return message
 
 
-def named(topic: Topic, stamp: int, field: str, values: dict[str, float]) -> Any:
-    """A JointState with these names and, in this field, values."""
+def moving(topic: Topic, stamp: int, names: Sequence[str], *derivatives: np.ndarray) -> Any:
+    """A JointTrajectory of one point: positions, velocities, accelerations."""
     message = _made(topic, stamp)
-    message.name = list(values)
-    setattr(message, field, [float(value) for value in values.values()])
+    message.joint_names = list(names)
+    point = importlib.import_module("trajectory_msgs.msg").JointTrajectoryPoint()
+    point.positions, point.velocities, point.accelerations = (values.tolist() for values in derivatives)
+    message.points = [point]
     return message
 
 

@@ -1,0 +1,53 @@
+"""The controller of a scenario as a node: lqg.py SCENARIO. The same code, fed by messages that have its numbers exactly."""
+
+import sys
+
+import rclpy
+import turbidock
+from geometry_msgs.msg import WrenchStamped
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory
+
+
+def frame_of(message):
+    stamp = message.header.stamp
+    return round((stamp.sec + 1e-9 * stamp.nanosec) * 30)
+
+
+class Lqg(Node):
+    def __init__(self):
+        super().__init__("lqg")
+        self.controller = turbidock.Scenario(sys.argv[1]).make_controller()
+        self.seen = self.wanted = None
+        self.wrench = self.create_publisher(WrenchStamped, "wrench", 10)
+        # In this order: what is first is first heard of what has come, and `applied` is of the frame before.
+        self.create_subscription(JointState, "applied", self.on_applied, 10)
+        self.create_subscription(JointState, "marker/axes", self.on_seen, 10)
+        self.create_subscription(JointTrajectory, "marker/desired_axes", self.on_wanted, 10)
+
+    def on_applied(self, message):
+        self.controller.given(frame_of(message), message.effort)
+
+    def on_seen(self, message):
+        self.seen = frame_of(message)
+        self.controller.observe(self.seen, message.position)
+        self.answer()
+
+    def on_wanted(self, message):
+        self.wanted = message
+        self.answer()
+
+    def answer(self):
+        if not self.wanted or frame_of(self.wanted) != self.seen:
+            return
+        point, answer = self.wanted.points[0], WrenchStamped()
+        answer.header.stamp, answer.header.frame_id = self.wanted.header.stamp, "base_link"
+        f, t = answer.wrench.force, answer.wrench.torque
+        f.x, f.y, f.z, t.z = self.controller.demand(point.positions, point.velocities, point.accelerations).tolist()
+        self.wanted = None
+        self.wrench.publish(answer)
+
+
+rclpy.init()
+rclpy.spin(Lqg())
