@@ -72,12 +72,6 @@ std::vector<std::pair<std::string, std::string>> ValuesOf(const trial::Scenario&
   return values;
 }
 
-// How far cameras could see: where green light has left 2 % of a contrast; null without cameras.
-Json SightModel(const trial::Scenario& scenario) {
-  if (scenario.pose_source != trial::PoseSource::kCameras) return nullptr;
-  return Rounded(std::log(50) / light::MakeMedium(scenario.light.water).extinction_per_m()[1], 3);
-}
-
 Json RigModel(const StereoRig& rig) {
   const auto camera = [](const MountedCamera& c) {
     return Json{{"fx_px", c.fx_px},
@@ -199,6 +193,11 @@ Json SettingsModel(const trial::Scenario& scenario) {
       list.push_back({{"key", key}, {"value", value}, {"default", defaults[key]}});
   }
   return list;
+}
+
+Json SightModel(const trial::Scenario& scenario) {
+  if (scenario.pose_source != trial::PoseSource::kCameras) return nullptr;
+  return Rounded(std::log(50) / light::MakeMedium(scenario.light.water).extinction_per_m()[1], 3);
 }
 
 Json TrialModel(const trial::Scenario& scenario) {

@@ -12,6 +12,7 @@ export class Knobs {
     this.body = h('div', {class: 'knobs'});
     const note = 'From the next frame on; the record says when and what.';
     this.element = section('Change what happens', {note}, this.body);
+    this.element.classList.add('hands');
   }
 
   /** controls: what the program offers, with values. */

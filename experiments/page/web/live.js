@@ -1,83 +1,40 @@
 // A trial while it runs: the view of a trial, fed by the program, with hands on it.
 
 import {h, button, fill, section, soon} from 'page/dom.js';
-import {Clock} from 'page/clock.js';
 import {clockText, fixed} from 'page/format.js';
 import {Knobs} from 'page/knobs.js';
+import {Film, LiveClock} from 'page/live_clock.js';
 import {badge, head, plainTable, stages} from 'page/parts.js';
+import {Program} from 'page/program.js';
 import {Push} from 'page/push.js';
-import {Line} from 'page/socket.js';
 import {circlesOf, TrialView} from 'page/trial.js';
 
 const kShownChanges = 40;
-const kKeepEvery_frames = 6; // of the pictures to look back at
-const kMostKept = 600; // some 50 MB
 const kHeadEvery_ms = 200; // it is text for people
 const kComplaint_ms = 6000;
 const kEnded = 'The trial has ended; Restart or Next seed begins another to step or push.';
 const kCutOff = 'The program has ended, or cannot be reached. What is shown is the last of it.';
 
-/** The program's time: play and pause are its, looking back is the page's own. */
-class LiveClock extends Clock {
-  constructor(send) {
-    super();
-    this.send = send;
-    this.follow = true;
-  }
-  toggle() {
-    this.follow = !this.ended;
-    if (!this.ended) this.send({do: this.playing ? 'pause' : 'go'});
-    else if (this.playing) super.pause();
-    else this.play(); // over again, from the page's own memory
-  }
-  /** The program's time again. */
-  catchUp() {
-    if (this.ended) super.pause();
-    this.follow = true;
-    this.seek(this.end);
-  }
-  pause() {} // looking back stops nothing
-  setSpeed(factor) {
-    super.setSpeed(factor);
-    this.send({do: 'speed', factor});
-  }
-}
-
-/** The last pictures of the trial, to look back at: a few a second. */
-class Film {
-  constructor() {
-    this.pictures = []; // {frame, files}
-  }
-  add(picture) {
-    const last = this.pictures[this.pictures.length - 1];
-    if (last && picture.frame < last.frame + kKeepEvery_frames) return;
-    this.pictures.push(picture);
-    if (this.pictures.length > kMostKept) this.pictures.shift();
-  }
-  /** The one nearest to a frame, or `other`. */
-  nearest(frame, other) {
-    const late = picture => Math.abs(picture.frame - frame);
-    return this.pictures.reduce((best, next) => (late(next) < late(best) ? next : best), other);
-  }
-}
-
 export const show = host => new LivePage(host);
 
 class LivePage {
   constructor(host) {
-    this.status = {};
-    this.transitions = [];
-    this.changes = [];
     this.heading = h('div', {class: 'column', 'aria-live': 'off'});
     this.alert = h('p', {class: 'missing', role: 'alert', hidden: true});
     const waiting = h('p', {class: 'note'}, 'Waiting for the program …');
     this.ground = h('div', {class: 'column'}, waiting);
     this.below = h('div', {class: 'column'});
-    host.append(this.heading, this.alert, this.ground, this.below);
-    const send = command => this.line.send(command);
+    host.append(this.heading, this.alert, this.ground);
+    this.program = new Program((news, picture) => this.take(news, picture));
+    const send = command => this.program.send(command);
     this.clock = new LiveClock(send);
     this.clock.on(() => this.lookBack());
     this.knobs = new Knobs(send);
+    this.push = new Push(
+      () => this.trialView.series.pose('vehicle', this.trialView.series.length - 1),
+      force_newton => send({do: 'push', force_newton}),
+    );
+    this.knobs.body.before(this.push.element);
     this.drawHead = soon(
       () => this.drawHeadNow(),
       draw => setTimeout(draw, kHeadEvery_ms),
@@ -85,32 +42,32 @@ class LivePage {
     addEventListener('keydown', event => {
       if (event.key === '.' && !event.target.closest?.('input, select, textarea')) this.step();
     });
-    this.line = new Line({
-      onMessage: (message, pictures) => this.take(message, pictures),
-      onState: isOpen => this.connected(isOpen),
-    });
   }
 
-  connected(isOpen) {
-    this.isOpen = isOpen;
-    this.alert.hidden = isOpen;
-    if (!isOpen) fill(this.alert, kCutOff);
-    this.drawHead();
+  get trial() {
+    return this.program.trial;
+  }
+  get status() {
+    return this.program.status;
   }
 
-  async take(
-    {problem, trial, controls, transitions, changes, rows, status, pictures: of},
-    pictures,
-  ) {
+  async take(news, picture) {
+    const {isOpen, problem, trial, controls, transitions, changes, rows, sight_m, status} = news;
+    if (isOpen !== undefined) this.connected(isOpen);
     if (problem) this.complain(problem);
     if (trial) this.begin(trial);
     if (controls) this.knobs.set(controls);
-    this.transitions.push(...(transitions || []));
-    this.changes.push(...(changes || []));
     if (trial || transitions || changes) this.drawBelow();
     if (rows) this.append(rows);
-    if (status) this.setStatus(status);
-    if (pictures) await this.keep({frame: of.frame, files: pictures});
+    if (sight_m !== undefined) this.trialView.scene?.setSight(sight_m);
+    if (status) this.showStatus(status);
+    if (picture) await this.keep(picture);
+  }
+
+  connected(isOpen) {
+    this.alert.hidden = isOpen;
+    if (!isOpen) fill(this.alert, kCutOff);
+    this.drawHead();
   }
 
   complain(problem) {
@@ -118,14 +75,11 @@ class LivePage {
     fill(this.alert, problem);
     clearTimeout(this.timer);
     this.timer = setTimeout(() => {
-      this.alert.hidden = this.isOpen;
+      this.alert.hidden = this.program.isOpen;
     }, kComplaint_ms);
   }
 
   begin(trial) {
-    this.trial = trial;
-    this.transitions = [];
-    this.changes = [];
     this.film = new Film();
     this.last = this.shown = null;
     document.title = trial.title;
@@ -145,20 +99,15 @@ class LivePage {
       {...this.trial, series: rows},
       {clock: this.clock, controls: this.controls(), live: true},
     ));
-    view.left.append(this.knobs.element);
-    this.push = new Push(
-      () => view.series.pose('vehicle', view.series.length - 1),
-      force_newton => this.line.send({do: 'push', force_newton}),
-    );
-    view.left.prepend(this.push.element);
-    if (view.scene) view.scene.element.after(this.push.element);
+    view.left.after(this.knobs.element);
+    view.rest.append(this.below);
     this.allowHands();
   }
 
   /** Hands off what has ended. */
   allowHands() {
     const {ended} = this.status;
-    this.push?.stop(ended ? kEnded : '');
+    this.push.stop(ended ? kEnded : '');
     this.stepButton.disabled = Boolean(ended);
     this.stepButton.title = ended ? kEnded : 'let one frame pass (.)';
   }
@@ -166,7 +115,7 @@ class LivePage {
   step() {
     if (this.status.ended) return this.complain(kEnded);
     this.clock.follow = true;
-    this.line.send({do: 'step'});
+    this.program.send({do: 'step'});
   }
 
   /** Of the bar: single steps, the end, another trial. */
@@ -178,7 +127,7 @@ class LivePage {
       value: this.trial.seed,
       'aria-label': 'seed',
     });
-    const restart = () => this.line.send({do: 'restart', seed: this.seed.value.trim()});
+    const restart = () => this.program.send({do: 'restart', seed: this.seed.value.trim()});
     const next = () => {
       this.seed.value = String(BigInt(this.trial.seed) + 1n);
       restart();
@@ -217,9 +166,8 @@ class LivePage {
   async show(picture) {
     if (picture === this.shown) return;
     this.shown = picture;
-    const [left, right] = await Promise.all(
-      [picture.files.left, picture.files.right].map(file => createImageBitmap(file)),
-    );
+    const files = [picture.left, picture.right];
+    const [left, right] = await Promise.all(files.map(file => createImageBitmap(file)));
     if (picture !== this.shown) return;
     const {cameras} = this.trialView;
     const before = cameras.pictures;
@@ -229,22 +177,16 @@ class LivePage {
     for (const bitmap of Object.values(before)) bitmap.close();
   }
 
-  setStatus(status) {
-    this.status = status;
-    const {clock} = this;
-    const {ended, speed} = status;
-    const isPlaying = ended ? clock.playing && clock.ended : status.going;
-    if (ended !== clock.ended || isPlaying !== clock.playing || speed !== clock.speed) {
-      Object.assign(clock, {ended, speed, playing: isPlaying});
-      this.trialView.setSpeed(speed);
+  showStatus(status) {
+    if (this.clock.set(status)) {
+      this.trialView.setSpeed(status.speed);
       this.allowHands();
-      clock.tell();
     }
     this.drawHead();
   }
 
   drawHeadNow() {
-    const {status, trial, isOpen} = this;
+    const {status, trial, isOpen, changes} = this.program;
     if (!trial) return;
     const running = status.going ? 'running' : 'paused';
     const state = !isOpen ? 'gone' : status.ended ? status.outcome : running;
@@ -255,7 +197,7 @@ class LivePage {
     const facts = [
       fact('simulated', clockText(seconds)),
       fact('of real time', `${fixed(status.real_time_factor, 2)} ×`, passed),
-      fact('changes', String(this.changes.length), 'settings changed and pushes while it ran'),
+      fact('changes', String(changes.length), 'settings changed and pushes while it ran'),
     ];
     if (status.digest) facts.push(fact('digest', status.digest, 'equal for equal trials'));
     const text = [state, status.reason, ...facts.map(({value}) => value)].join();
@@ -274,7 +216,8 @@ class LivePage {
   }
 
   drawBelow() {
-    const last = this.changes.slice(-kShownChanges).reverse();
+    const {transitions, changes, trial} = this.program;
+    const last = changes.slice(-kShownChanges).reverse();
     const rows = last.map(({time_s, key, value}) => [
       `${fixed(time_s, 2)} s`,
       key,
@@ -282,11 +225,11 @@ class LivePage {
     ]);
     const columns = ['time', 'key', 'value'].map(label => ({label}));
     const note = last.length
-      ? `${this.changes.length} in all, the last ones first; the trial’s record has every one of them.`
+      ? `${changes.length} in all, the last ones first; the trial’s record has every one of them.`
       : 'Nothing: its digest is that of a trial that nobody watched.';
     fill(
       this.below,
-      stages(this.transitions, this.trial.frames_per_second, time => this.clock.lookAt(time)),
+      stages(transitions, trial.frames_per_second, time => this.clock.lookAt(time)),
       section('Changed while it ran', {note}, last.length ? plainTable({columns, rows}) : null),
     );
     this.drawHead();

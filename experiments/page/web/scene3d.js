@@ -24,7 +24,7 @@ const painted = () =>
 const scenes = new Set();
 
 /** How far one could see, which stands in the picture as a grey sector where it is not far. */
-const sightText = ({sight_m}) => (sight_m ? `; one could see ${number(sight_m, 2)} m` : '');
+const sightText = sight_m => (sight_m ? `; one could see ${number(sight_m, 2)} m` : '');
 const kNear_m = 3;
 
 export class Scene3d {
@@ -47,16 +47,12 @@ export class Scene3d {
       this.canvas,
       (this.paper = h('canvas', {class: 'paper', 'aria-hidden': 'true'})), // WebGL prints what it drew before
       h('div', {class: 'line overlay-bar'}, views),
-      h(
-        'div',
-        {class: 'scene-key'},
-        'blue: way of the cameras; wire: estimated marker',
-        sightText(trial),
-      ),
+      (this.key = h('div', {class: 'scene-key'})),
       (this.bar = h('div', {class: 'scale-bar'})),
     );
     host.append(this.element);
     this.draw = soon(() => this.drawNow());
+    this.setSight(trial.sight_m);
     this.ready = this.start();
   }
 
@@ -93,7 +89,8 @@ export class Scene3d {
     this.world.add(this.ghost);
     this.trail = this.makeLine(0x4aa3e0, 1);
     this.toCome = this.makeLine(0x4aa3e0, 0.3);
-    this.sight = this.makeSight();
+    this.sight = this.makeLine(0x9fb4bf, 0.7);
+    this.setSight(this.sight_m);
     this.controls = new T.OrbitControls(this.camera, canvas);
     this.controls.enableKeys = false;
     this.controls.enableZoom = false; // the page scrolls until the scene has the focus
@@ -209,19 +206,22 @@ export class Scene3d {
     return line;
   }
 
-  /** The sector that a camera sees, as far as one could see in this water. */
-  makeSight() {
-    const {sight_m, rig} = this.trial;
-    const line = this.makeLine(0x9fb4bf, 0.7);
-    line.visible = Boolean(sight_m) && sight_m < kNear_m;
+  /** How far one can see in the water; the sector that a camera sees goes so far. */
+  setSight(sight_m) {
+    this.sight_m = sight_m;
+    fill(this.key, 'blue: way of the cameras; wire: estimated marker', sightText(sight_m));
+    if (!this.sight) return;
+    const {rig} = this.trial;
+    this.sight.visible = Boolean(sight_m) && sight_m < kNear_m;
     const half = Math.atan(rig.width_px / 2 / rig.left.fx_px);
     const points = Array.from({length: 17}, (_, i) => {
       const angle = half * (i / 8 - 1);
       return [sight_m * Math.cos(angle), sight_m * Math.sin(angle), 0];
     });
     const around = [[0, 0, 0], ...points, [0, 0, 0]].flat();
-    line.geometry.setAttribute('position', new this.T.Float32BufferAttribute(around, 3));
-    return line;
+    const positions = new this.T.Float32BufferAttribute(around, 3);
+    this.sight.geometry.setAttribute('position', positions);
+    this.draw();
   }
 
   /** Ways of the camera head and of the estimated marker, from a Series. */

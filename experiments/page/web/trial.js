@@ -78,7 +78,7 @@ export class TrialView {
     const {docking_fitness: I, detection_fitness: II} = model.limits;
     const areas = `Area I, from ${fixed(I, 2)}: it may dock; Area II, from ${fixed(II, 2)}: detected; Area III: not.`;
     const plots = section('What happened', {note: `${kFitness}. ${areas}`});
-    const rest = h('div', {class: 'column rest'});
+    const rest = (this.rest = h('div', {class: 'column rest'}));
     host.append(h('div', {class: 'trial-grid'}, this.left, plots, rest));
     if (model.scene) this.addScene();
     this.cameraBox = section('Cameras', {

@@ -125,8 +125,10 @@ void LiveBoard::Show(const LiveSession& session, bool whole_images, double real_
   std::map<std::string, Part> news;
   const bool is_other = session.trial_number() != parts_.at("trial").number;
   if (is_other) news["trial"] = {session.trial_number(), page::TrialModel(session.began())};
-  if (session.settings_number() != parts_.at("controls").number)
-    news["controls"] = {session.settings_number(), ControlsModel(session.settings())};
+  if (const int64_t number = session.settings_number(); number != parts_.at("controls").number) {
+    news["controls"] = {number, ControlsModel(session.settings())};
+    news["sight_m"] = {number, page::SightModel(session.settings())};
+  }
   news["status"] = {parts_.at("status").number + 1, StatusOf(session, real_time_factor)};
   std::shared_ptr<Picture> picture;
   const auto& frames = session.log().frames;

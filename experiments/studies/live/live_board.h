@@ -24,6 +24,7 @@ namespace turbidock::live {
 //   n            number of the message, to be given back as {"do": "got", "n": ...}
 //   trial        another trial: what the page knows of one before it runs
 //   controls     what can be set, with values
+//   sight_m      how far one can see in the water as it is set, or null
 //   status       going, speed, frame, ended and so on
 //   rows         columns of a trajectory: the rows since the last message
 //   transitions, changes   those since the last message
@@ -66,7 +67,8 @@ class LiveBoard {
   std::map<int64_t, std::string> problems_;  // by tab
   int64_t last_tab_ = 0;
   // what the session showed last
-  std::map<std::string, Part> parts_ = {{"trial", {}}, {"controls", {}}, {"status", {}}};
+  std::map<std::string, Part> parts_ = {
+      {"trial", {}}, {"controls", {}}, {"sight_m", {}}, {"status", {}}};
   trial::TrialLog log_;
   std::vector<control::Transition> transitions_;
   std::vector<trial::Change> changes_;

@@ -183,6 +183,15 @@ for (const width of [1440, 390])
       'nothing sticks out to the side',
     );
     assert.match(await page.locator('h1').innerText(), /pool/);
+    // what shows a slider's effect is in sight with it
+    await page.evaluate(() => document.querySelector('.view').scrollIntoView());
+    const seen = await page.evaluate(() =>
+      ['.cameras', '.knob'].map(what => {
+        const {top, bottom} = document.querySelector(what).getBoundingClientRect();
+        return top >= 0 && bottom <= innerHeight;
+      }),
+    );
+    assert.deepEqual(seen, [true, true], 'cameras and the first slider');
     await page.evaluate(axe);
     const {violations} = await page.evaluate(() =>
       globalThis.axe.run(document, {resultTypes: ['violations']}),
@@ -222,6 +231,9 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
   const milk = page.locator('.knob', {hasText: 'milk'});
   await milk.locator('input').fill('30');
   assert.equal(await milk.locator('output').innerText(), '30 ml/m³');
+  await until(page, () =>
+    /one could see 3\.7 m/.test(document.querySelector('.scene-key').textContent),
+  );
   await press(page.locator('.knob', {hasText: 'lamps'}).locator('input[type=checkbox]'));
   await page.locator('.knob', {hasText: 'controller'}).locator('select').selectOption('p_voltage');
   await until(page, () =>
@@ -338,7 +350,7 @@ test('a trial that has ended is shown again, and takes no hands', async () => {
   ])
     assert.match(said, /has ended/);
   // what is not on the page is refused, too
-  await page.evaluate(() => globalThis.turbidock.line.send({do: 'step'}));
+  await page.evaluate(() => globalThis.turbidock.program.send({do: 'step'}));
   await until(page, () =>
     document.querySelector('[role=alert]:not([hidden])')?.textContent.includes('has ended'),
   );

@@ -211,14 +211,18 @@ TEST(LiveView, WhatWasChangedIsInTheResultOfATrialThatIsCutOff) {
   std::optional<trial::TrialResult> result;
   Served served(Short(), [&](const auto&, const trial::TrialResult& r) { result = r; });
   Page page(served.url());
-  page.Until([](const Message& m) { return m.head.contains("rows"); });
+  const Json clear_m =
+      page.Until([](const Message& m) { return m.head.contains("rows"); }).head["sight_m"];
+  page.Say({{"do", "set"}, {"key", "water.milk_ml_m3"}, {"value", 120}});
+  const auto tells_sight = [](const Message& m) { return m.head.contains("sight_m"); };
+  EXPECT_LT(page.Until(tells_sight).head["sight_m"], 0.2 * clear_m.get<double>());
   page.Say({{"do", "push"}, {"force_newton", {0, 1, 0}}});
-  page.Until([](const Message& m) { return m.head.contains("changes"); });
+  page.Until([&](const Message&) { return page.changes.size() == 2; });
   served.Stop();
   ASSERT_TRUE(result);
   EXPECT_EQ(result->outcome, trial::Outcome::kInterrupted);
-  EXPECT_EQ(result->changes[0].key, "push");
-  EXPECT_EQ(result->changes[0].value, "[0, 1, 0]");
+  EXPECT_EQ(result->changes[1].key, "push");
+  EXPECT_EQ(result->changes[1].value, "[0, 1, 0]");
 }
 
 // Paused before its first frame: a page that opens then has to have what it is built from.
