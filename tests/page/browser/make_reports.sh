@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # make_reports.sh PROGRAM FOLDER: a report of every kind, of trials as short as they can be (about two minutes).
 set -euo pipefail
-program=$(realpath "$1")
+program=$(realpath "$1") footage=$(realpath "$(dirname "$0")/../../../assets/footage")
 mkdir -p "$2"
 cd "$2"
 
@@ -101,7 +101,11 @@ sed '/^grid:/,$d; s/seeds: 6/seeds: 1/' plan.yaml >single.yaml
 "$program" gate gate.yaml --set duration_s=1.2 --bundles 2 --out gate --quiet || [ $? = 1 ]
 "$program" recognize cells.yaml --seconds 1 --json --figure recognition.png --quiet >recognition.json
 
+"$program" estimate --left "$footage/left.mp4" --right "$footage/right.mp4" --frames 20 --overlay frame.png --json \
+  --quiet >estimate.json
+
 "$program" report trial --out trial.html
+"$program" report estimate.json --out estimate.html
 "$program" report lost --out lost.html
 "$program" report still --out still.html
 "$program" report none.db --out none.html

@@ -25,6 +25,7 @@ const kKinds = {
   vehicle: {plots: 3},
   gate: {plots: 1},
   recognition: {plots: 2},
+  estimate: {plots: 4, images: 1},
 };
 
 for (const [name, expected] of Object.entries(kKinds))
@@ -51,6 +52,7 @@ for (const [name, expected] of Object.entries(kKinds))
       );
       assert.equal(await page.locator('#injected').count(), 0, 'HTML in a name is text');
       assert.equal(await page.locator('h1').count(), 1);
+      if (expected.images) assert.equal(await page.locator('img').count(), expected.images);
       await page.evaluate(axe);
       for (const scheme of ['light', 'dark']) {
         await page.emulateMedia({colorScheme: scheme});
