@@ -101,7 +101,7 @@ TEST_F(Batch, WorkersAndShardsDoNotShowInTheRows) {
   EXPECT_EQ(status["done"], 6);
   EXPECT_EQ(status["running"], false);
   EXPECT_THAT(Run({"status", File("one.db"), "--over", "start.heading_rad", "--by", "scenario"}),
-              HasSubstr("does not cross 50 % within the values tried"));
+              HasSubstr("below 50 % everywhere"));
 }
 
 TEST_F(Batch, KilledTwentyTimesAtRandomMomentsItLosesAndDoublesNothing) {
