@@ -4,7 +4,7 @@
 const kAgain_ms = 5000; // a tunnel may come back
 
 export class Program {
-  /** onNews({trial, rows, ...}, picture of {frame, left, right} or null) may take its time: the program waits for it. */
+  /** onNews({trial, rows, ...}, picture {frame, left, right} or null) may take its time: the program waits. */
   constructor(onNews) {
     this.onNews = onNews;
     this.isOpen = false;
