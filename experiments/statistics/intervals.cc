@@ -80,14 +80,20 @@ std::optional<double> Quantile(std::vector<double> values, double share) {
   return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
-std::optional<Interval> MedianInterval(std::vector<double> values, double confidence) {
+std::optional<Interval> MedianInterval(std::vector<double> values, double confidence,
+                                       double design_effect) {
   if (values.empty()) return std::nullopt;
   std::sort(values.begin(), values.end());
-  const boost::math::binomial below(static_cast<double>(values.size()), 0.5);
+  const auto independent = std::max(
+      size_t{1},
+      static_cast<size_t>(std::lround(static_cast<double>(values.size()) / design_effect)));
+  const boost::math::binomial below(static_cast<double>(independent), 0.5);
   // The least rank above the median with that probability, and the same from the other end.
-  for (size_t k = values.size() / 2 + 1; k <= values.size(); ++k)
-    if (boost::math::cdf(below, static_cast<double>(k - 1)) >= (1 + confidence) / 2)
-      return Interval{values[values.size() - k], values[k - 1]};
+  for (size_t k = independent / 2 + 1; k <= independent; ++k)
+    if (boost::math::cdf(below, static_cast<double>(k - 1)) >= (1 + confidence) / 2) {
+      const size_t rank = (k * values.size() + independent - 1) / independent;
+      return Interval{values[values.size() - rank], values[rank - 1]};
+    }
   return std::nullopt;
 }
 

@@ -52,8 +52,10 @@ inline std::optional<double> Median(std::vector<double> values) {
 }
 
 // The interval of the median behind the values, at that confidence at least, from order statistics.
-// Nothing where there are too few (95 %: fewer than 6).
-std::optional<Interval> MedianInterval(std::vector<double> values, double confidence = 0.95);
+// Nothing where there are too few (95 %: fewer than 6). `design_effect`: of values that do not vary
+// each for itself (paired_tests.h).
+std::optional<Interval> MedianInterval(std::vector<double> values, double confidence = 0.95,
+                                       double design_effect = 1);
 
 // Where a function that rises over [0, 1] reaches a value, to 1e-4; nothing where it does not.
 std::optional<double> LeastReaching(double value, const std::function<double(double)>& function);

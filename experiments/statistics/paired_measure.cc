@@ -1,6 +1,7 @@
 #include "experiments/statistics/paired_measure.h"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 
 #include "experiments/statistics/paired_tests.h"
@@ -26,10 +27,11 @@ PairedMeasure::PairedMeasure(MeasureKind kind, double worse,
     pass_median_.emplace(design->beta, design->most);
 }
 
-void PairedMeasure::Add(double a, double b, int64_t after) {
+void PairedMeasure::Add(double a, double b, int64_t after, int64_t unit) {
   a_.push_back(a);
   b_.push_back(b);
   differences_.push_back(b - a);
+  units_.push_back(unit);
   const double was = worse_sign_ * a, is = worse_sign_ * b;
   worse_ += is > was;
   better_ += is < was;
@@ -52,20 +54,33 @@ PairedResult PairedMeasure::Result() const {
     result.decided_after = decided_after_;
   }
   if (a_.empty()) return result;
-  result.p_value = McNemarExactP(worse_, better_);
+  std::map<int64_t, int64_t> sums;  // pairs that are up less those that are down, by unit
+  for (size_t i = 0; i < units_.size(); ++i)
+    sums[units_[i]] += (differences_[i] > 0) - (differences_[i] < 0);
+  std::vector<int64_t> of_units;
+  for (const auto& [unit, sum] : sums) of_units.push_back(sum);
+  result.seeds = std::ssize(sums);
+  result.p_value = SignFlipP(of_units);
   if (kind_ == MeasureKind::kMedian) {
     result.a = Median(a_);
     result.b = Median(b_);
     result.difference = Median(differences_);
-    result.interval_95 = MedianInterval(differences_);
+    std::vector<double> above;
+    for (const double difference : differences_)
+      above.push_back(difference > *result.difference ? 1 : 0);
+    result.design_effect = DesignEffect(above, units_);
+    result.interval_95 = MedianInterval(differences_, 0.95, result.design_effect);
     return result;
   }
+  result.design_effect = DesignEffect(differences_, units_);
   const auto [lost, gained] =
       worse_sign_ < 0 ? std::pair(worse_, better_) : std::pair(better_, worse_);
   result.a = Mean(a_);
   result.b = Mean(b_);
   result.difference = static_cast<double>(gained - lost) / static_cast<double>(a_.size());
-  result.interval_95 = RateDifferenceInterval(lost, gained, std::ssize(a_));
+  const double effect = result.design_effect;
+  result.interval_95 = RateDifferenceInterval(lost / effect, gained / effect,
+                                              static_cast<double>(a_.size()) / effect);
   return result;
 }
 

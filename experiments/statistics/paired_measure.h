@@ -32,16 +32,18 @@ struct PairedDesign {
 
 struct PairedResult {
   int64_t pairs = 0, worse = 0, better = 0;
+  int64_t seeds = 0;                      // of the pairs
   std::optional<double> a{}, b{};         // rate or median
   std::optional<double> difference{};     // b less a; of a median the median of the pairs'
   std::optional<Interval> interval_95{};  // of the difference, as if pairs had not been looked at
   double p_value = 1;                     // two-sided, exact; likewise
-  std::optional<double> margin{};         // these three where there is a design
+  double design_effect = 1;  // of the pairs' differences (paired_tests.h): 1 where seeds differ
+  std::optional<double> margin{};  // these three where there is a design
   std::optional<Verdict> verdict{};
   std::optional<int64_t> decided_after{};
 
-  TURBIDOCK_FIELDS(pairs, worse, better, a, b, difference, interval_95, p_value, margin, verdict,
-                   decided_after)
+  TURBIDOCK_FIELDS(pairs, worse, better, seeds, a, b, difference, interval_95, p_value,
+                   design_effect, margin, verdict, decided_after)
 };
 
 class PairedMeasure {
@@ -49,8 +51,9 @@ class PairedMeasure {
   // `worse`: the sign of a change for the worse. Without a design there is no verdict.
   PairedMeasure(MeasureKind kind, double worse, const std::optional<PairedDesign>& design = {});
 
-  // The next pair; of a rate 1 is a success. `after`: what decided_after counts.
-  void Add(double a, double b, int64_t after);
+  // The next pair; of a rate 1 is a success. `after`: what decided_after counts. `unit`: its seed;
+  // pairs of the same one are alike, which the result allows for and a verdict does not.
+  void Add(double a, double b, int64_t after, int64_t unit);
   bool is_judged() const { return fail_.has_value(); }  // has a design
   // Nothing while both verdicts are possible, and without a design.
   std::optional<Verdict> verdict() const { return verdict_; }
@@ -62,6 +65,7 @@ class PairedMeasure {
   std::optional<SignTest> fail_, pass_median_;
   std::optional<NetLossTest> pass_rate_;
   std::vector<double> a_, b_, differences_;
+  std::vector<int64_t> units_;
   int worse_ = 0, better_ = 0, within_margin_ = 0;
   std::optional<Verdict> verdict_;
   std::optional<int64_t> decided_after_;

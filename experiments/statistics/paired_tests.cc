@@ -6,7 +6,9 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
+#include <set>
 
 #include "sim/base/check.h"
 
@@ -41,7 +43,27 @@ double McNemarPower(int64_t pairs, double only_a, double only_b, double level) {
 
 }  // namespace
 
-PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<double>& b) {
+double DesignEffect(const std::vector<double>& values, const std::vector<int64_t>& units) {
+  if (units.empty() || values.empty()) return 1;
+  TD_CHECK(values.size() == units.size(), "every value has a unit");
+  const auto n = static_cast<double>(values.size());
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
+  std::map<int64_t, double> off;  // of the mean, by unit
+  double squares = 0;
+  for (size_t i = 0; i < values.size(); ++i) {
+    off[units[i]] += values[i] - mean;
+    squares += (values[i] - mean) * (values[i] - mean);
+  }
+  if (off.size() == values.size()) return 1;
+  const auto count = static_cast<double>(off.size());
+  if (squares == 0 || off.size() == 1) return n / count;
+  double clustered = 0;
+  for (const auto& [unit, sum] : off) clustered += sum * sum;
+  return std::max(1.0, count / (count - 1) * clustered / (n / (n - 1) * squares));
+}
+
+PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<double>& b,
+                              const std::vector<int64_t>& units) {
   TD_CHECK(a.size() == b.size(), "pairs have two sides");
   PairedComparison result{.pairs = std::ssize(a),
                           .mean = 0,
@@ -53,16 +75,18 @@ PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<do
   const auto n = static_cast<double>(a.size());
   result.mean = std::accumulate(differences.begin(), differences.end(), 0.0) / n;
   TD_CHECK(std::isfinite(result.mean), "differences are numbers");
-  if (a.size() < 2) return result;
+  const auto independent =
+      units.empty() ? a.size() : std::set<int64_t>(units.begin(), units.end()).size();
+  if (independent < 2) return result;
   double squares = 0;
   for (const double d : differences) squares += (d - result.mean) * (d - result.mean);
-  const double error = std::sqrt(squares / (n - 1) / n);
+  const double error = std::sqrt(squares / (n - 1) / n * DesignEffect(differences, units));
   if (error == 0) {
     result.confidence = {result.mean, result.mean};
     result.t_p = result.mean == 0 ? 1 : 0;
     return result;
   }
-  const boost::math::students_t t(n - 1);
+  const boost::math::students_t t(static_cast<double>(independent) - 1);
   const double half = error * boost::math::quantile(t, 0.975);
   result.confidence = {result.mean - half, result.mean + half};
   result.t_p = TwoSided(boost::math::cdf(t, -std::abs(result.mean / error)));
@@ -76,6 +100,43 @@ double McNemarExactP(int64_t only_a, int64_t only_b) {
   return TwoSided(boost::math::cdf(half, static_cast<double>(std::min(only_a, only_b))));
 }
 
+double SignFlipP(const std::vector<int64_t>& sums) {
+  int64_t up = 0, down = 0, total = 0, largest = 0;
+  std::vector<int64_t> sizes;  // of the units that differ
+  double squares = 0;
+  for (const int64_t sum : sums) {
+    if (sum == 0) continue;
+    ++(sum > 0 ? up : down);
+    total += sum;
+    sizes.push_back(std::abs(sum));
+    largest = std::max(largest, sizes.back());
+    squares += static_cast<double>(sum) * static_cast<double>(sum);
+  }
+  if (std::ranges::count(sizes, largest) == std::ssize(sizes)) return McNemarExactP(up, down);
+  if (sizes.size() > 1000) {
+    // Sums are two apart: by one corrected for continuity.
+    const double z =
+        (static_cast<double>(std::max<int64_t>(1, std::abs(total))) - 1) / std::sqrt(squares);
+    return TwoSided(boost::math::cdf(boost::math::normal(), -z));
+  }
+  // How likely each sum of the sizes is that are up, where each is with a probability of 1/2.
+  const int64_t all = std::accumulate(sizes.begin(), sizes.end(), int64_t{0});
+  std::vector<double> p(static_cast<size_t>(all) + 1, 0);
+  p[0] = 1;
+  int64_t reached = 0;
+  for (const int64_t size : sizes) {
+    reached += size;
+    for (int64_t at = reached; at >= 0; --at) {
+      double& here = p[static_cast<size_t>(at)];
+      here = (here + (at >= size ? p[static_cast<size_t>(at - size)] : 0)) / 2;
+    }
+  }
+  double as_far = 0;
+  for (int64_t at = 0; at <= all; ++at)
+    if (std::abs(2 * at - all) >= std::abs(total)) as_far += p[static_cast<size_t>(at)];
+  return std::min(1.0, as_far);
+}
+
 std::optional<double> LeastDifferenceSeen(int64_t pairs, double differing, double power,
                                           double level) {
   return LeastReaching(power, [&](double difference) {
@@ -84,9 +145,9 @@ std::optional<double> LeastDifferenceSeen(int64_t pairs, double differing, doubl
   });
 }
 
-Interval RateDifferenceInterval(int64_t only_a, int64_t only_b, int64_t pairs) {
-  const double lost = static_cast<double>(only_a) + 0.5, gained = static_cast<double>(only_b) + 0.5;
-  const double total = static_cast<double>(pairs) + 2, change = gained - lost;
+Interval RateDifferenceInterval(double only_a, double only_b, double pairs) {
+  const double lost = only_a + 0.5, gained = only_b + 0.5;
+  const double total = pairs + 2, change = gained - lost;
   const double z = boost::math::quantile(boost::math::normal(), 0.975);
   const double half = z * std::sqrt(lost + gained - change * change / total) / total;
   return {std::max(-1.0, change / total - half), std::min(1.0, change / total + half)};

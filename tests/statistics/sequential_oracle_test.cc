@@ -193,7 +193,7 @@ TEST(PairedMeasure, DecidesARateByTheCountsOfItsPairs) {
     int losses = 0, gains = 0, decided = 0;
     for (int pairs = 1; pairs <= kDesign.most; ++pairs) {
       const bool a = rng.Uniform() < rate_a, b = rng.Uniform() < rate_b;
-      measure.Add(a, b, 10 * pairs);
+      measure.Add(a, b, 10 * pairs, pairs);
       losses += a && !b;
       gains += !a && b;
       if (verdict) continue;
@@ -221,7 +221,7 @@ TEST(PairedMeasure, DecidesAMedianByHowManyPairsAreWithinTheMargin) {
     for (const double change : {0.0, 0.4, 0.6, -0.6}) {
       PairedMeasure measure(MeasureKind::kMedian, worse,
                             PairedDesign{.margin = 0.5, .alpha = 0.01, .beta = 0.1, .most = 60});
-      for (int i = 0; i < 60; ++i) measure.Add(i, i + worse * change, i);
+      for (int i = 0; i < 60; ++i) measure.Add(i, i + worse * change, i, i);
       EXPECT_EQ(measure.verdict(), change > 0.5 ? Verdict::kFail : Verdict::kPass) << change;
       EXPECT_NEAR(*measure.Result().difference, worse * change, 1e-12);
       EXPECT_EQ(measure.Result().worse, change > 0 ? 60 : 0);

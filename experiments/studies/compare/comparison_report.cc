@@ -54,9 +54,10 @@ report::Section FlipsOf(const Comparison& comparison) {
 
 // Of all pairs; --by adds rows, and changes nothing.
 report::Verdict VerdictOf(const batch::Change& all, bool could_tell) {
-  std::string reason =
-      fmt::format("B against A over all {} pairs of the same seeds, p = {} (McNemar, exact).",
-                  all.pairs, report::PValue(all.p_value));
+  std::string reason = fmt::format(
+      "B against A over all {} pairs of the same {} seeds, p = {} (McNemar's exact test; "
+      "the pairs of a seed count as one).",
+      all.pairs, all.seeds, report::PValue(all.p_value));
   if (!could_tell) reason += " So few pairs could not have shown any change.";
   if (!all.significant) return {"no significant change in success", Tone::kNone, reason};
   if (*all.difference > 0) return {"succeeds more often", Tone::kGood, reason};

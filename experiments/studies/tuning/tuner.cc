@@ -34,6 +34,11 @@ struct Evaluation {
     const auto successes = std::ranges::count_if(records, &trial::TrialRecord::success);
     return static_cast<double>(successes) / static_cast<double>(records.size());
   }
+  std::vector<int64_t> seeds() const {
+    std::vector<int64_t> seeds;
+    for (const trial::TrialRecord& record : records) seeds.push_back(record.seed);
+    return seeds;
+  }
 };
 
 // Of both, one after the other.
@@ -47,9 +52,10 @@ HeldOut Compare(const Study& study, const Evaluation& start, const Evaluation& t
   batch::PairedTrials pairs;
   for (size_t i = 0; i < start.records.size(); ++i)
     pairs.Add(batch::TrialOf(start.records[i]), batch::TrialOf(tuned.records[i]));
-  HeldOut result{.cost_difference = statistics::ComparePairs(start.costs, tuned.costs),
-                 .terms = {},
-                 .changes = pairs.Changes("all")};
+  HeldOut result{
+      .cost_difference = statistics::ComparePairs(start.costs, tuned.costs, start.seeds()),
+      .terms = {},
+      .changes = pairs.Changes("all")};
   batch::MarkSignificant(&result.changes);
   const std::vector<ObjectiveTerm>& objective = study.settings().objective;
   for (size_t i = 0; i < objective.size(); ++i) {
@@ -311,7 +317,7 @@ class Tuning {
     const RacingParams& racing = settings_.racing;
     const auto total = static_cast<double>(incumbent_.costs.size());
     const double looks = std::max(1.0, std::ceil((total - racing.first) / racing.every));
-    const auto worse = statistics::ComparePairs(SameCosts(so_far), so_far.costs);
+    const auto worse = statistics::ComparePairs(SameCosts(so_far), so_far.costs, so_far.seeds());
     return worse.mean <= 0 || worse.t_p / 2 >= (1 - racing.confidence) / looks;
   }
 
