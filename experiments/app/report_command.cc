@@ -66,7 +66,7 @@ int Report(const ReportArguments& arguments) {
   std::error_code none;  // which a file gives
   for (const auto& entry : fs::directory_iterator(input, none))
     if (entry.path().extension() != ".html") plan.Reads(entry.path().string());
-  plan.Writes(out).Writes(arguments.figure).Require();
+  plan.Writes(out, page::kPageFile).Writes(arguments.figure).Require();
   if (!arguments.figure.empty()) DrawFigure(input, arguments);
   if (out.empty()) return command::kExitDone;
   const page::Page page = PageOf(input, arguments);

@@ -169,12 +169,14 @@ ResultStore OpenResults(const std::string& file, const Plan& plan, const Shard& 
   const std::vector<std::string> differences = Differences(store.header(), header);
   if (!differences.empty() && shard.count > 1)
     throw OtherResults(file, differences[0] + " (a part of a batch does not grow)", "");
-  if (store.header().keys != header.keys)
-    throw OtherResults(
-        file,
-        fmt::format("its trials vary {}, these {}", fmt::join(store.header().keys, ", "),
-                    fmt::join(header.keys, ", ")),
-        "");
+  if (store.header().keys != header.keys) {
+    if (!anew)
+      throw OtherResults(
+          file, fmt::format("its trials vary {}, these {}", fmt::join(store.header().keys, ", "),
+                            fmt::join(header.keys, ", ")));
+    store.Become(header, {});
+    return store;
+  }
   Renderers renderers(jobs);
   bool is_same = differences.empty() && store.header().plan == header.plan &&
                  store.Successes().size() == store.Done().size();

@@ -137,11 +137,11 @@ PairedTrials::PairedTrials(const std::optional<JudgeOptions>& options)
 void PairedTrials::Add(const ComparedTrial& a, const ComparedTrial& b) {
   if (done()) return;
   ++pairs_;
-  rate_.Add(a.success() ? 1 : 0, b.success() ? 1 : 0, pairs_);
+  rate_.Add(a.success() ? 1 : 0, b.success() ? 1 : 0, pairs_, a.seed);
   if (!a.success() || !b.success()) return;
   for (Median& median : medians_) {
     const double was = a.values[median.of], is = b.values[median.of];
-    if (!std::isnan(was) && !std::isnan(is)) median.pairs.Add(was, is, pairs_);
+    if (!std::isnan(was) && !std::isnan(is)) median.pairs.Add(was, is, pairs_, a.seed);
   }
 }
 
@@ -242,7 +242,9 @@ report::Section ChangeSection(std::vector<Change> changes, const Sides& sides) {
       .note = fmt::format(
           "Difference: {} less {} on the same seeds{}; medians are of the pairs that succeed in "
           "both.{}",
-          sides.b, sides.a, is_judged ? "" : ", by exact McNemar and sign tests",
+          sides.b, sides.a,
+          is_judged ? ""
+                    : ", by exact McNemar and sign tests in which the pairs of a seed go together",
           is_judged ? " Margin: the change for the worse that matters. After: the trials after "
                       "which the verdict was known; an interval tells no more than the verdict."
                     : " Significant by Holm: 5 % over the rows of success, 5 % over all others."),
@@ -259,9 +261,10 @@ report::Section FlipSection(const std::vector<Flip>& flips, const Sides& sides) 
     return trial ? std::to_string(*trial) : "-";
   };
   for (const Flip& flip : flips)
-    table.Row({Cell(std::to_string(flip.seed), Tone::kNone, flip.link),
-               flip.lost ? Cell("lost", Tone::kBad) : Cell("gained", Tone::kGood), flip.group,
-               report::Words(flip.why), number(flip.trial_a), number(flip.trial_b)});
+    table.Row(
+        {Cell(std::to_string(flip.seed), Tone::kNone, flip.link),
+         Cell(NameOf(flip.change), flip.change == FlipKind::kGained ? Tone::kGood : Tone::kBad),
+         flip.group, report::Words(flip.why), number(flip.trial_a), number(flip.trial_b)});
   return {.title = kFlipTitle,
           .note = fmt::format("Lost: succeeds in {} only. Gained: in {} only. Why: how the other "
                               "side ended.",

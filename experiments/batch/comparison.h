@@ -109,7 +109,7 @@ struct Change : statistics::PairedResult {
     field("group", self.group);
     field("measure", self.measure);
     self.statistics::PairedResult::VisitFields(field);
-    field("significant", self.significant);
+    if (!self.margin) field("significant", self.significant);
   }
 };
 
@@ -143,16 +143,23 @@ class PairedTrials {
 // and over all medians, another (Holm).
 void MarkSignificant(std::vector<Change>* changes);
 
-// A pair of which one side succeeded alone.
+// Succeeded in A only, in B only; ended in B as none may, and did not succeed in A either.
+enum class FlipKind { kLost, kGained, kForbidden };
+constexpr auto Names(FlipKind) {
+  using enum FlipKind;
+  return EnumList<FlipKind>({{kLost, "lost"}, {kGained, "gained"}, {kForbidden, "forbidden"}});
+}
+
+// A pair that ended otherwise in B than in A.
 struct Flip {
   int64_t seed = 0;
-  bool lost = true;   // succeeded in A only; else in B only
+  FlipKind change = FlipKind::kLost;
   std::string group;  // where: a condition, or the pair's parameters for people
   std::string why;    // of the side that failed
   std::string link;   // what opens it in a page
   std::optional<int64_t> trial_a{}, trial_b{};  // their numbers, where they have one
 
-  TURBIDOCK_FIELDS(seed, lost, group, why, link, trial_a, trial_b)
+  TURBIDOCK_FIELDS(seed, change, group, why, link, trial_a, trial_b)
 };
 
 // What the two sides are called in tables.

@@ -39,7 +39,7 @@ CellText Plan::TextOf(int64_t cell) const {
   text.given = scenario;
   const auto add = [&text](const std::vector<config::Assignment>& given) {
     for (const config::Assignment& each : given)
-      text.given += " " + each.key + "=" + each.value.OneLine();
+      text.given += " " + each.key + "=" + each.value.Canonical();
   };
   std::vector<config::Assignment> all = set_;
   for (const config::Assignment& own :
@@ -53,7 +53,7 @@ CellText Plan::TextOf(int64_t cell) const {
     add(stratum.values);
   }
   for (size_t i = 0; i < random_.size(); ++i)
-    text.given += " " + random_[i].key + "=" + distributions_[i].OneLine();
+    text.given += " " + random_[i].key + "=" + distributions_[i].Canonical();
   return text;
 }
 

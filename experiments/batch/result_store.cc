@@ -191,6 +191,13 @@ void ResultStore::Become(const StoreHeader& header, const std::vector<Renumbered
       db_->exec(fmt::format("UPDATE series SET trial = {} WHERE trial = {}", trial, -1 - before));
     }
     db_->exec("DELETE FROM trials WHERE trial < 0; DELETE FROM series WHERE trial < 0");
+    // Columns are named by what varies; no trial is kept where that is another.
+    if (header.keys != header_.keys) {
+      db_->exec("DROP VIEW results");
+      for (const char* table : {"meta", "trials", "series", "outputs"})
+        db_->exec(fmt::format("DROP TABLE {}", table));
+      CreateTables(header.keys, db_.get());
+    }
     WriteMeta(header);
     transaction.commit();
   });

@@ -58,7 +58,7 @@ class OtherResults : public ConfigError {
   OtherResults(
       const std::string& file, const std::string& how,
       const std::string& way_out = ", finish it as it was begun, or run what changed with --anew")
-      : ConfigError(file + ": was begun with something else: " + how + ". Give another --out" +
+      : ConfigError(file + ": was begun with something else: " + how + ". Write elsewhere" +
                     way_out) {}
 };
 

@@ -21,7 +21,7 @@ int Run(const CompareArguments& arguments) {
       .Reads(arguments.a)
       .Reads(arguments.b)
       .Writes(arguments.figure)
-      .Writes(arguments.out)
+      .Writes(arguments.out, page::kPageFile)
       .Require();
   const batch::ResultStore a = batch::ResultStore::Read(arguments.a),
                            b = batch::ResultStore::Read(arguments.b);

@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <iterator>
 #include <set>
@@ -33,7 +34,7 @@ bool Has(const std::vector<std::string>& list, const std::string& word) {
 void RequireKnown(const std::vector<std::string>& words, const std::vector<std::string>& known) {
   for (const std::string& word : words)
     if (!Has(known, word))
-      throw ConfigError(word + ": is no parameter of these results" +
+      throw ConfigError(word + ": is no parameter that both sets have and --ignore leaves" +
                         config::DidYouMean(word, known));
 }
 
@@ -151,14 +152,14 @@ Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOpt
     const bool lost = pair.a.success();
     if (lost == pair.b.success()) continue;
     comparison.flips.push_back({.seed = pair.a.seed,
-                                .lost = lost,
+                                .change = lost ? batch::FlipKind::kLost : batch::FlipKind::kGained,
                                 .group = batch::Named(pair.parameters),
                                 .why = NameOf((lost ? pair.b : pair.a).failure),
                                 .link = fmt::format("{}-{}", pair.trial_a, pair.trial_b),
                                 .trial_a = pair.trial_a,
                                 .trial_b = pair.trial_b});
   }
-  std::ranges::stable_sort(comparison.flips, std::greater(), &batch::Flip::lost);
+  std::ranges::stable_sort(comparison.flips, {}, &batch::Flip::change);
   const auto changes_of = [](const std::vector<TrialPair>& of, const std::string& group) {
     batch::PairedTrials paired;
     for (const TrialPair& pair : of) paired.Add(batch::TrialOf(pair.a), batch::TrialOf(pair.b));
@@ -167,7 +168,7 @@ Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOpt
   comparison.changes = changes_of(pairs, "all");
   batch::MarkSignificant(&comparison.changes);
   comparison.least_difference_seen = statistics::LeastDifferenceSeen(
-      std::ssize(pairs),
+      std::lround(static_cast<double>(pairs.size()) / comparison.all().design_effect),
       static_cast<double>(comparison.flips.size()) / static_cast<double>(pairs.size()));
   if (options.by.empty()) return comparison;
   std::vector<batch::Change> rows;

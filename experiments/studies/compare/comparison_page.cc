@@ -16,12 +16,14 @@ page::Page PageOf(const Comparison& comparison, const ComparedFile& a, const Com
   page.model["sections"].back().erase("commands");  // to this page
   page::StoredTrials in_a(a.store, a.file, "A", series_bytes / 2, plugins, &page),
       in_b(b.store, b.file, "B", series_bytes / 2, plugins, &page);
-  for (const batch::Flip& flip : comparison.flips)
+  for (const batch::Flip& flip : comparison.flips) {
+    const bool is_lost = flip.change == batch::FlipKind::kLost;
     page.model["links"][flip.link] =
         page::Link{.title = fmt::format("Seed {}", flip.seed),
-                   .note = fmt::format("Succeeds in {} only; in {}: {}.", flip.lost ? "A" : "B",
-                                       flip.lost ? "B" : "A", report::Words(flip.why)),
+                   .note = fmt::format("Succeeds in {} only; in {}: {}.", is_lost ? "A" : "B",
+                                       is_lost ? "B" : "A", report::Words(flip.why)),
                    .trials = {in_a.Of(*flip.trial_a), in_b.Of(*flip.trial_b)}};
+  }
   return page;
 }
 

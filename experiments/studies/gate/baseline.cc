@@ -62,7 +62,10 @@ Baseline LoadBaseline(const std::string& file) {
   } catch (const ConfigError& error) {  // of another version, or no baseline at all
     throw ConfigError(std::string(error.what()) + "; measure it anew with --update");
   }
-  const std::string text = system::ReadWhole(file);
+  // As it was written, also where a checkout has given its lines other ends.
+  std::string text = system::ReadWhole(file);
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+  std::erase(text, '\r');
   const std::string covered = text.substr(0, text.rfind(kChecksumKey));
   if (text != covered + ChecksumLine(covered))
     throw ConfigError(file +

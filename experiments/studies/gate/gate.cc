@@ -28,6 +28,12 @@ batch::JudgeOptions OptionsOf(const Condition& condition, const BaselineConditio
       throw ConfigError(
           fmt::format("{}: the baseline has no {}; measure it anew with --update, or judge without",
                       condition.name, batch::kMeasures[i].name));
+  for (const batch::ComparedTrial& trial : baseline.outcomes)
+    if (std::ranges::count(condition.settings.never, trial.outcome) > 0)
+      throw ConfigError(fmt::format(
+          "{}: seed {} ends as {} in the baseline, which `never` forbids; leave that out, or "
+          "measure a build of which none ends so",
+          condition.name, trial.seed, NameOf(trial.outcome)));
   options.max_trials = std::min(options.max_trials, baseline.trials);
   return options;
 }
@@ -190,7 +196,9 @@ ConditionReport GateRun::ReportOf(size_t condition) const {
     const bool never = std::ranges::count(running.never_seeds, now.seed) > 0;
     if (before.success() == now.success() && !never) continue;
     report.flips.push_back({.seed = now.seed,
-                            .lost = before.success() || never,
+                            .change = before.success() ? batch::FlipKind::kLost
+                                      : now.success()  ? batch::FlipKind::kGained
+                                                       : batch::FlipKind::kForbidden,
                             .group = report.condition,
                             .why = NameOf(now.success() ? before.outcome : now.outcome) +
                                    std::string(never ? ", as none may end" : ""),

@@ -88,7 +88,7 @@ void WriteBundles(const GateArguments& arguments, const Gate& gate, const GateRu
   int left = arguments.bundles;
   for (size_t i = 0; i < report.conditions.size(); ++i)
     for (const batch::Flip& flip : report.conditions[i].flips) {
-      if (!flip.lost) continue;
+      if (flip.change == batch::FlipKind::kGained) continue;
       if (left-- <= 0) return;
       const std::string bundle = arguments.failures() + "/" + flip.link;
       const trial::Scenario scenario = gate.plan.ScenarioOf(gate.plan.Trial(*flip.trial_b));
@@ -114,8 +114,10 @@ report::Json LinksOf(const GateArguments& arguments, const GateReport& report) {
     for (const batch::Flip& flip : condition.flips)
       links[flip.link] = page::Link{
           .title = fmt::format("{}, seed {}", flip.group, flip.seed),
-          .trials = {{.title = flip.lost ? "lost" : "gained",
-                      .outcome = flip.lost ? flip.why : NameOf(trial::Outcome::kSuccess),
+          .trials = {{.title = NameOf(flip.change),
+                      .outcome = flip.change == batch::FlipKind::kGained
+                                     ? NameOf(trial::Outcome::kSuccess)
+                                     : flip.why,
                       .reason = "",
                       .note = "Its traces are not kept: the gate ran it without (--bundles).",
                       .commands = {{"The trial again, with film and all its files",

@@ -70,6 +70,9 @@ std::vector<Condition> ConditionsOf(const batch::Plan& measured, const GateSetti
     if (most > measured.settings().seeds)
       group.Fail(fmt::format("condition '{}': max_trials {} is more than the plan's {} seeds",
                              condition.name, most, measured.settings().seeds));
+    if (condition.settings.alpha + condition.settings.beta >= 1)
+      group.Fail(fmt::format("condition '{}': alpha {:g} and beta {:g} must be below 1 together",
+                             condition.name, condition.settings.alpha, condition.settings.beta));
     tests += condition.settings.margins.tests();
   }
   for (Condition& condition : conditions)

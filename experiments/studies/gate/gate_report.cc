@@ -67,7 +67,7 @@ std::vector<report::Fact> FactsOf(const GateReport& report) {
   int64_t trials = 0, lost = 0;
   for (const ConditionReport& c : report.conditions) {
     trials += c.trials;
-    lost += std::ranges::count(c.flips, true, &batch::Flip::lost);
+    lost += std::ranges::count(c.flips, batch::FlipKind::kLost, &batch::Flip::change);
   }
   std::vector<report::Fact> facts = {
       {"trials", std::to_string(trials), "that the verdict rests on"},

@@ -65,7 +65,7 @@ struct ObjectiveTerm {
     field("weight", self.weight, Range{.low = 0, .high = kMostCost, .low_open = true},
           "cost of one unit of it");
     field("failed", self.failed, InRange(0, kMostCost),
-          "added to the metric of a trial that did not dock with the pole in the hole");
+          "added to the metric of a trial without success");
   }
 };
 
@@ -111,8 +111,9 @@ struct TuningSettings {
     field("gains", self.gains, Finite(),
           "what is tuned, from the value that the trials have: the scenario's, or that of `set`");
     field("objective", self.objective, Finite(), "what a trial costs: the sum of these");
-    field("success_at_least", self.success_at_least, InRange(0, 1),
-          "share of trials that must dock; below it a candidate pays success_weight for the rest");
+    field(
+        "success_at_least", self.success_at_least, InRange(0, 1),
+        "share of trials that must succeed; below it a candidate pays success_weight for the rest");
     field("success_weight", self.success_weight, InRange(0, kMostCost),
           "cost of a share of 1 missing");
     field("start_may_fail", self.start_may_fail, Finite(),

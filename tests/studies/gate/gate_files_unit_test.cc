@@ -57,6 +57,10 @@ TEST_F(GateFiles, AMeasureThatTheBaselineLacksIsNotJudged) {
 TEST_F(GateFiles, AnyEditOfABaselineIsNoticed) {
   const Gate gate = Load();
   const std::string text = BaselineText(Measure(gate, DocksAt(0.9)));
+  std::string crlf = text;
+  for (size_t at = 0; (at = crlf.find('\n', at)) != std::string::npos; at += 2)
+    crlf.insert(at, "\r");
+  EXPECT_EQ(BaselineText(LoadBaseline(File("crlf.yaml", "\xEF\xBB\xBF" + crlf))), text);
   const auto refused = [&](const std::string& edited) {
     return MessageOf([&] { LoadBaseline(File("edited.yaml", edited)); });
   };
@@ -130,7 +134,7 @@ GateReport AwkwardReport() {
     condition.trials = 2;
     condition.successes = 1;
     condition.flips = {{.seed = 9223372036854775807,
-                        .lost = true,
+                        .change = batch::FlipKind::kLost,
                         .group = condition.condition,
                         .why = "timeout",
                         .link = "x"}};

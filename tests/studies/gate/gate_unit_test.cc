@@ -20,6 +20,7 @@ using statistics::Verdict;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using testing::MessageOf;
 using ::testing::Not;
 
 using GateVerdict = SyntheticGate;
@@ -122,7 +123,8 @@ TEST_F(GateVerdict, BetterIsNoFailure) {
   const GateReport report = Judge(gate, Measure(gate, DocksAt(0.8)), Slower(1, -10));
   EXPECT_EQ(report.verdict, Verdict::kPass);
   EXPECT_THAT(report.conditions.at(0).flips, Not(IsEmpty()));
-  for (const batch::Flip& flip : report.conditions[0].flips) EXPECT_FALSE(flip.lost);
+  for (const batch::Flip& flip : report.conditions[0].flips)
+    EXPECT_EQ(flip.change, batch::FlipKind::kGained);
 }
 
 // Whatever moves every trial the same way: a refactoring's rounding, or a real loss.
@@ -176,7 +178,6 @@ TEST_F(GateVerdict, AWorseConditionIsFoundAmongGoodOnes) {
   EXPECT_THAT(report.conditions.at(1).flips, Not(IsEmpty()));
 }
 
-// Though the baseline ended so, too.
 TEST_F(GateVerdict, OneTrialThatEndsAsNoneMayFailsTheGateAtOnce) {
   const Gate gate = Load(kRough, "  never: [collision, false_dock]\n");
   const Build build = [&](int64_t condition, int64_t seed) {
@@ -184,13 +185,22 @@ TEST_F(GateVerdict, OneTrialThatEndsAsNoneMayFailsTheGateAtOnce) {
                ? Ended(seed, trial::Outcome::kFalseDock)
                : DocksAt(0.95)(condition, seed);
   };
-  const GateReport report = Judge(gate, Measure(gate, build), build);
+  EXPECT_THAT(MessageOf([&] { Judge(gate, Measure(gate, build), build); }),
+              HasSubstr("ends as false_dock in the baseline, which `never` forbids"));
+  // It did not succeed before, either: no seed is lost.
+  const Build before = [&](int64_t condition, int64_t seed) {
+    return Ended(seed, build(condition, seed).outcome == trial::Outcome::kSuccess
+                           ? trial::Outcome::kSuccess
+                           : trial::Outcome::kTimeout);
+  };
+  const GateReport report = Judge(gate, Measure(gate, before), build);
   EXPECT_EQ(report.verdict, Verdict::kFail);
+  EXPECT_THAT(report::Text(ReportOf(report)), HasSubstr("forbidden"));
   EXPECT_EQ(report.conditions[0].trials, 5);
   EXPECT_EQ(report.conditions[1].trials, 5);
   ASSERT_EQ(report.conditions[1].flips.size(), 1u) << "to be replayed";
   EXPECT_EQ(report.conditions[1].flips[0].why, "false_dock, as none may end");
-  EXPECT_TRUE(report.conditions[1].flips[0].lost);
+  EXPECT_EQ(report.conditions[1].flips[0].change, batch::FlipKind::kForbidden);
   EXPECT_THAT(report::Text(ReportOf(report)), HasSubstr("the gate failed at once. rough: seed "));
 }
 

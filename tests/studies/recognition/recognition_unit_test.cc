@@ -188,7 +188,7 @@ TEST(Recognition, GoesOnWithItsFile) {
   for (size_t i = 0; i < 3; ++i) ExpectSame(again[i], whole[i]);
   EXPECT_THROW(Recognize(PlanOf("10, 50"), kept), batch::OtherResults);
   EXPECT_THAT(testing::MessageOf([&] { Recognize(PlanOf("10, 50"), kept); }),
-              ::testing::EndsWith(". Give another --out or finish it as it was begun"));
+              ::testing::EndsWith(". Write elsewhere or finish it as it was begun"));
   kept.seconds = 0.2;
   EXPECT_THROW(Recognize(PlanOf("10, 50, 200"), kept), batch::OtherResults);
   std::filesystem::remove(file);
