@@ -100,6 +100,20 @@ def test_a_launch_command_that_gives_no_node(launch, problem, nothing_is_left):
 # ---------------------------------------------------------------------------------- batches and gates
 
 
+def test_nodes_that_have_reset_stay_from_trial_to_trial(tmp_path, nothing_is_left):
+    said(ros("batch", plan(tmp_path, 3), "--workers", 1, "--quiet", "--out", tmp_path / "ros.db", "--answer", "volts",
+             "--reset-service", launch=P_VOLTAGE, environment=nothing_is_left), 0)
+    ours = turbidock.batch(tmp_path / "plan.yaml", tmp_path / "own.db", workers=1)
+    assert list(turbidock.read_results(tmp_path / "ros.db")["digest"]) == list(ours["digest"])
+    assert len(list((tmp_path / "ros.nodes").iterdir())) == 1
+
+
+def test_a_service_that_nobody_has_is_named(nothing_is_left):
+    words = said(ros("run", "pool_active", *SHORT, "--answer", "wrench", "--first-answer-within", 2, "--reset-service",
+                     launch="sleep 1000", environment=nothing_is_left), 4)
+    assert "no node has answered the service reset in 2 s" in words
+
+
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 @pytest.mark.parametrize("command", ["run", "batch"])
 def test_nothing_is_left_of_what_is_stopped(command, number, tmp_path, nothing_is_left):

@@ -14,7 +14,7 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, Wre
 import turbidock
 from ros_command import (EXAMPLES, HERE, P_VOLTAGE, PAPER, built_in, nothing_is_left, plan, processes, ros,  # noqa: F401: fixtures
                          said, wait_until)
-from turbidock.ros import command, exchange, nodes, plug_ins, topics, wire
+from turbidock.ros import by_hand, command, exchange, nodes, plug_ins, topics, wire
 
 QUICK = {"pose_source": "true_pose", "true_pose.found_after_s": 0, "duration_s": 1}
 
@@ -174,6 +174,17 @@ def test_an_estimate_in_the_left_camera_is_that_in_the_head():
     left, _ = estimator.rig.project(position)
     np.testing.assert_allclose(left, [320 + 500 * 0.2 / 1.5, 240 - 500 * 0.1 / 1.5])
     np.testing.assert_allclose(turbidock.frames.rotation(quaternion) @ [0, 0, 1], [1, 0, 0], atol=1e-15)  # its z is ahead
+
+
+@pytest.mark.parametrize("truth", [False, True])
+def test_truth_is_for_who_looks_on(play, truth):
+    play("right")  # makes the surroundings
+    scenario = turbidock.Scenario("pool_active", settings=QUICK, controller=turbidock.ros.WrenchController)
+    by_hand.fly(scenario, is_fast=True, is_paused=False, truth=truth)
+    told = {topic: [wire.stamp_ns(message) for sent, message in Played.sent if sent == topic] for topic in topics.TRUTH}
+    for stamps in told.values():
+        assert len(stamps) == (30 if truth else 0)
+        assert not stamps or stamps[-1] == round((topics.START_S + 29 / 30) * 1e9)
 
 
 # ------------------------------------------------------------------------------------------ surroundings

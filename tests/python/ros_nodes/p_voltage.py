@@ -9,6 +9,7 @@ import rclpy
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
 
 
 class PVoltage(Node):
@@ -17,8 +18,14 @@ class PVoltage(Node):
         self.seen = self.wanted = None
         self.frames = 0
         self.volts = self.create_publisher(JointState, "volts", 10)
+        self.create_service(Trigger, "reset", self.on_reset)
         self.create_subscription(PoseWithCovarianceStamped, "marker/pose", self.on_pose, 10)
         self.create_subscription(PoseStamped, "marker/desired", self.on_desired, 10)
+
+    def on_reset(self, _, response):
+        self.seen = self.wanted = None
+        response.success = True
+        return response
 
     def on_pose(self, message):
         self.seen = message

@@ -21,12 +21,13 @@ order between topics is DDS's: answer once you have all that you need with one s
 over. A Twist without a stamp counts for the frame that is waited for, whatever frame it was made of: only one that is sent once
 a frame gives the same trial again.
 
-Names can be remapped: `--ros-args -r wrench:=thruster_manager/input`. There is no `/tf`, and the trial's truth is in no topic.
+Names can be remapped: `--ros-args -r wrench:=thruster_manager/input`. There is no `/tf`, and the trial's truth is in no topic of
+a trial that is judged.
 `--answer twist` keeps the velocity by the vehicle's known drag and `ros_twist.gain_per_s`. `marker/pose` is the estimate as it
 came; with `--set ros_wrench.pose_filter.enabled=true` it is the filtered one, and `marker/axes` has its rates.
 
 Silence: no answer in `--answer-within` seconds (`--first-answer-within` with the nodes' start), or a launch command that ended,
-is the outcome `no_answer`, which counts neither as success nor as failure; `run` and `gate` end with exit code 4. Until the
+is the outcome `no_answer`, which counts neither as success nor as failure: a batch's next call runs it again, `run` and `gate` end with exit code 4. Until the
 first answer it says once a second what it waits for, and which types and QoS do not match.
 Wrong: an answer that is not finite, of no unit quaternion, another frame_id, stamp 0 or of the future; two nodes that publish
 it; a domain in use. An error names it; in a batch the trial is `crashed`.

@@ -21,7 +21,7 @@ OTHERS = ("replay", "report", "status")
 _USAGE = """turbidock-ros COMMAND ... [--launch "COMMAND"] [--answer wrench|twist|volts] [--estimator] [...] [--ros-args ...]
 
 COMMAND and what follows are those of turbidock: run, batch, gate, view; also replay, report and status of what they wrote.
-by-hand SCENARIO [--seed N] [--set KEY=VALUE] [--fast] [--paused] has the services /turbidock/pause, step, reset and
+by-hand SCENARIO [--seed N] [--set KEY=VALUE] [--fast] [--paused] [--truth] has the services /turbidock/pause, step, reset and
 set_parameters (`ros2 param set /turbidock KEY VALUE`)."""
 
 
@@ -89,10 +89,11 @@ def _by_hand(arguments: Sequence[str]) -> None:
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     parser.add_argument("--fast", action="store_true", help="as fast as answers come, else in real time")
     parser.add_argument("--paused", action="store_true", help="waits for /turbidock/step, or for /turbidock/pause with false")
+    parser.add_argument("--truth", action="store_true", help="sends truth/marker and truth/vehicle, too")
     given = parser.parse_args(arguments)
     scenario = Scenario(given.scenario, seed=given.seed, settings=given.set, plugins=[*CONTROLLERS.values(), ImageEstimator])
     try:
-        by_hand.fly(scenario, given.fast, given.paused)
+        by_hand.fly(scenario, given.fast, given.paused, given.truth)
     except _core.PluginError as error:
         print(f"turbidock-ros: {error}", file=sys.stderr)
         sys.exit(4)

@@ -124,6 +124,7 @@ class Link:
         self._begun = 0.0
         self.by_hand = self.again = False  # whether the trial can be begun again and changed, and shall be
         self._settings: list[str] = []
+        self.truth: Sequence[Topic] = ()  # sent, too
 
     # --------------------------------------------------------------------------------- the trial
 
@@ -193,6 +194,7 @@ class Link:
         if self.by_hand:
             self._wire.serve("Trigger", "~/reset", self._reset)
             self._wire.serve_parameters(self._settings.append)
+            self._wire.open(self.truth, ())
 
     def close(self) -> None:
         self._inside.clear()

@@ -51,7 +51,7 @@ class _NodeController(Controller):
         send(POSE, wire.pose(POSE, stamp, seen.position.tolist(),
                              None if seen.variance is None else seen.variance.tolist()))
         send(SEEN, wire.named(SEEN, stamp, PLACE, position=seen.position, velocity=() if seen.rate is None else seen.rate))
-        send(QUALITY, wire.named(QUALITY, stamp, ("fitness", "detected"), position=(seen.fitness, 1.0)))
+        send(QUALITY, wire.named(QUALITY, stamp, ("fitness",), position=(seen.fitness,)))
         send(IMU, wire.imu(IMU, stamp, seen.roll_pitch.tolist(), seen.roll_pitch_rate.tolist()))
         if seen.navigation is not None:
             send(NAVIGATION, wire.navigation(NAVIGATION, stamp, HEAD, seen.navigation))

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 START_S = 10  # ROS time at the trial's beginning
-BASE, HEAD, MARKER = "base_link", "camera_head", "marker"
+BASE, HEAD, MARKER, WORLD = "base_link", "camera_head", "marker", "map"
 LEFT, RIGHT = "left_camera_optical", "right_camera_optical"
 
 
@@ -35,7 +35,8 @@ POSE = Topic("marker/pose", "geometry_msgs/PoseWithCovarianceStamped", HEAD,
              "estimate of the marker: x, y, z and heading; covariance 0 where none is claimed; m, rad")
 SEEN = Topic("marker/axes", "sensor_msgs/JointState", HEAD,
              "the same exactly: position of x, y, z, heading, velocity with a pose filter; m, rad, m/s, rad/s")
-QUALITY = Topic("marker/quality", "sensor_msgs/JointState", "", "position[0] is F (`fitness`), position[1] `detected`, 0 or 1")
+QUALITY = Topic("marker/quality", "sensor_msgs/JointState", "",
+                "position[0] is F (`fitness`). As the poses it comes of a frame whose estimate is acted on (`detected`)")
 IMU = Topic("imu", "sensor_msgs/Imu", BASE, "roll, pitch and their rates, as measured; heading and acceleration are unknown")
 NAVIGATION = Topic("navigation", "nav_msgs/Odometry", MARKER,
                    "of camera_head: z, heading and, with a fix, x and y; variance 1e6 without. Where the scenario has it")
@@ -56,12 +57,15 @@ UNSTAMPED = Topic("cmd_vel_unstamped", "geometry_msgs/Twist", "",
 VOLTS = Topic("volts", "sensor_msgs/JointState", BASE,
               "effort of surge, sway, heave, yaw, V, by name: --answer volts, for the published vehicle", True)
 
+TRUTH = (
+    Topic("truth/marker", "geometry_msgs/PoseStamped", HEAD, "where the marker is now: by-hand --truth only, to look at"),
+    Topic("truth/vehicle", "geometry_msgs/PoseStamped", WORLD, "where base_link is now: the same"))
 CONTROLLER = (APPLIED, POSE, SEEN, QUALITY, IMU, NAVIGATION, WANTED, DESIRED)
 ANSWERS = {"wrench": (WRENCH,), "twist": (VELOCITY, UNSTAMPED), "volts": (VOLTS,)}
 AXES = ("surge", "sway", "heave", "yaw")
 PLACE = ("x", "y", "z", "heading")
 
-ALL = (CLOCK, *IMAGES, *CONTROLLER, ESTIMATE, WRENCH, VELOCITY, UNSTAMPED, VOLTS)
+ALL = (CLOCK, *IMAGES, *CONTROLLER, ESTIMATE, WRENCH, VELOCITY, UNSTAMPED, VOLTS, *TRUTH)
 
 
 def as_markdown() -> str:

@@ -228,6 +228,15 @@ def pose(topic: Topic, stamp: int, axes: Sequence[float], variance: Sequence[flo
     return message
 
 
+def placed(topic: Topic, stamp: int, position: np.ndarray, quaternion_wxyz: np.ndarray) -> Any:
+    """A PoseStamped."""
+    message = _made(topic, stamp)
+    p, q = message.pose.position, message.pose.orientation
+    p.x, p.y, p.z = position.tolist()
+    q.w, q.x, q.y, q.z = quaternion_wxyz.tolist()
+    return message
+
+
 def named(topic: Topic, stamp: int, names: Sequence[str], **fields: Sequence[float] | np.ndarray) -> Any:
     """A JointState with these names and, in these fields, values."""
     message = _made(topic, stamp)
