@@ -122,11 +122,14 @@ def test_nothing_is_left_of_what_is_stopped(command, number, tmp_path, nothing_i
     running = subprocess.Popen([*ROS, command, *what, "--quiet", "--out", tmp_path / "b.db", "--answer", "volts", "--launch",
                                 P_VOLTAGE], env={**os.environ, **nothing_is_left})
     logs = {"run": "b.db/nodes/*", "batch": "b.nodes/*"}[command]  # one for each trial that began
-    wait_until(lambda: len(list(tmp_path.glob(logs))) > (command == "batch") * 3, 60)
-    time.sleep(2)
-    assert len(processes(nothing_is_left["TURBIDOCK_TEST"])) >= 3  # else they are no longer found
-    running.send_signal(number)
-    assert running.wait(60) == (-9 if number == signal.SIGKILL else 130)
+    try:
+        wait_until(lambda: len(list(tmp_path.glob(logs))) > (command == "batch") * 3, 60)
+        time.sleep(2)
+        assert len(processes(nothing_is_left["TURBIDOCK_TEST"])) >= 3  # else they are no longer found
+        running.send_signal(number)
+        assert running.wait(60) == (-9 if number == signal.SIGKILL else 130)
+    finally:
+        running.kill()
 
 
 @pytest.fixture(scope="module")

@@ -97,7 +97,7 @@ class Played:
     def nothing(self, *_):
         pass
 
-    open = serve = serve_parameters = close = nothing
+    open = serve = serve_parameters = close = greet = nothing
 
 
 @pytest.fixture

@@ -19,7 +19,8 @@ from .topics import CLOCK, START_S, Topic
 
 DOMAINS = range(1, 102)  # those whose ports Linux gives to nobody else
 _STEP_S = 0.05  # of a wait
-_SETTLE_S = 0.3  # from our knowing of the nodes' topics to their knowing of ours
+_SETTLE_S = 0.3  # after which no more of the nodes' topics appear
+_GREET_S = 5.0  # for a node that is there, and busy
 _WALL_CLOCK_NS = 10**17  # stamps beyond it are of the wall clock
 
 
@@ -158,7 +159,8 @@ class Link:
         if self._stack.launch and self._nodes is None:
             log = f"{self._stack.log}/{self.process}-{self._trials}.log" if self._stack.log else ""
             self._nodes = Nodes(self._stack.launch, log, self._environment)
-        if self._stack.reset and not self._wire.call("reset", self._stack.first_answer_s):
+        done = self._stack.reset and self._wire.call("std_srvs", "Trigger", "reset", self._stack.first_answer_s)
+        if self._stack.reset and not (done and done.success):
             raise _core.NoAnswer(f"no node has answered the service reset in {self._stack.first_answer_s:g} s{self._output()}")
 
     def _end(self) -> None:
@@ -263,6 +265,7 @@ class Link:
             now = [self._wire.readers(topic) for topic in asks]
             if now != before:
                 settled, before = time.monotonic() + _SETTLE_S, now
+        self._wire.greet(_GREET_S)
         if others := self._wire.intruders():
             topic, name = others[0]
             raise _core.PluginError(f"{name} also publishes {self._wire.names([topic])}, which the trial does")

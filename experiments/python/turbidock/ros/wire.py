@@ -87,21 +87,28 @@ class Wire:
 
         self._node.create_service(importlib.import_module("rcl_interfaces.srv").SetParameters, "~/set_parameters", answer)
 
-    def call(self, name: str, longest_s: float) -> bool:
-        """Calls a std_srvs/Trigger of the nodes; False where nobody answers in time, or says no."""
-        client = self._node.create_client(importlib.import_module("std_srvs.srv").Trigger, name)
+    def call(self, package: str, kind: str, name: str, longest_s: float) -> Any:
+        """What a service of the nodes answers to an empty request; None where nobody does in time."""
+        service = getattr(importlib.import_module(f"{package}.srv"), kind)
+        client = self._node.create_client(service, name)
         try:
             end = time.monotonic() + longest_s
-            while not client.service_is_ready():
-                if time.monotonic() > end:
-                    return False
+            while not client.service_is_ready() and time.monotonic() < end:
                 self.spin(0.05)
-            future = client.call_async(importlib.import_module("std_srvs.srv").Trigger.Request())
+            future = client.call_async(service.Request())
             while not future.done() and time.monotonic() < end:
                 self.spin(0.05)
-            return bool(future.done() and future.result().success)
+            return future.result() if future.done() else None
         finally:
             self._node.destroy_client(client)
+
+    def greet(self, longest_s: float) -> None:
+        """Until the other nodes have answered one of the services that every node has by default: DDS tells a node of us in
+        the order in which we make things, so it knows all topics that are open before."""
+        services = {name for name, _ in self._node.get_service_names_and_types()}
+        for node in self.others():
+            if f"{node}/get_parameters" in services:
+                self.call("rcl_interfaces", "GetParameters", f"{node}/get_parameters", longest_s)
 
     def spin(self, longest_s: float) -> None:
         """Lets one thing happen."""
