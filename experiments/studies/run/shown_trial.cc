@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <utility>
 
 #include "experiments/command/progress.h"
 #include "experiments/media/canvas.h"
@@ -55,10 +56,36 @@ std::string SmallJpeg(const Image3u8& image) {
   return media::EncodeJpeg(small.ToImage(), kQuality);
 }
 
-using Pictures = std::map<int64_t, Stereo<std::string>>;  // JPEG, by frame
+// What both cameras saw now and then, in the folder's cameras/.
+class KeyFrames {
+ public:
+  // Makes the folder.
+  KeyFrames(const trial::Scenario& scenario, std::string folder)
+      : step_(KeyFrameStep(scenario)), folder_(std::move(folder)) {
+    system::MakeFolder(folder_);
+  }
+  int step() const { return step_; }
 
-// Writes FRAME_left.jpg and FRAME_right.jpg in the place of an earlier trial's.
-void WriteKeyFrames(const std::string& folder, const Pictures& pictures) {
+  void Add(const trial::TrialFrame& frame) {
+    if (frame.evaluations > 0 && frame.record.frame % step_ == 0)
+      pictures_[frame.record.frame] = frame.seen.Each(SmallJpeg);
+  }
+  void Write() const {
+    for (const auto& [frame, jpeg] : pictures_) {
+      const std::string number = fmt::format("{}/{:06}", folder_, frame);
+      system::WriteWhole(number + "_left.jpg", jpeg.left);
+      system::WriteWhole(number + "_right.jpg", jpeg.right);
+    }
+  }
+
+ private:
+  int step_;
+  std::string folder_;
+  std::map<int64_t, Stereo<std::string>> pictures_;  // JPEG, by frame
+};
+
+// Those of an earlier trial: FRAME_left.jpg and FRAME_right.jpg.
+void RemoveKeyFrames(const std::string& folder) {
   std::vector<fs::path> old;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder, none)) {
@@ -68,11 +95,6 @@ void WriteKeyFrames(const std::string& folder, const Pictures& pictures) {
     if (digits > 0 && (rest == "_left.jpg" || rest == "_right.jpg")) old.push_back(entry.path());
   }
   for (const fs::path& path : old) fs::remove(path);
-  for (const auto& [frame, jpeg] : pictures) {
-    const std::string number = fmt::format("{}/{:06}", folder, frame);
-    system::WriteWhole(number + "_left.jpg", jpeg.left);
-    system::WriteWhole(number + "_right.jpg", jpeg.right);
-  }
 }
 
 // The film of a trial, frame by frame.
@@ -107,6 +129,49 @@ class Film {
   media::Mp4Writer writer_;
 };
 
+// What is kept of a trial beside its records, while it runs.
+class Kept {
+ public:
+  // Both must live as long.
+  Kept(const trial::Scenario& scenario, const ShownTrialOptions& shown) : shown_(shown) {
+    if (!shown.out) return;
+    system::MakeFolder(*shown.out);
+    if (scenario.pose_source == trial::PoseSource::kCameras)
+      key_frames_.emplace(scenario, *shown.out + "/cameras");
+    if (shown.video) film_.emplace(scenario, *shown.out + "/video.mp4");
+    if (shown.motion) motion_.emplace(trial::ThrusterNamesOf(scenario));
+  }
+
+  // Asks for what it needs.
+  void Require(trial::TrialOptions* options) {
+    if (key_frames_) options->whole_images_every = key_frames_->step();
+    options->spectator = options->whole_images = film_.has_value();
+    if (motion_) options->on_tick = [this](const trial::MotionTick& tick) { motion_->Add(tick); };
+  }
+  void Add(const trial::TrialFrame& frame) {
+    if (key_frames_) key_frames_->Add(frame);
+    if (film_) film_->Add(frame);
+  }
+  // In the place of an earlier trial's files.
+  void Write(const trial::TrialResult& result) {
+    if (!shown_.out) return;
+    const std::string& folder = *shown_.out;
+    if (!motion_) fs::remove(folder + "/motion.csv");
+    if (!film_) fs::remove(folder + "/video.mp4");
+    if (!shown_.report) fs::remove(folder + "/report.html");
+    RemoveKeyFrames(folder + "/cameras");
+    if (motion_) system::WriteWhole(folder + "/motion.csv", motion_->table().Csv());
+    if (key_frames_) key_frames_->Write();
+    if (film_) film_->Finish(result);
+  }
+
+ private:
+  const ShownTrialOptions& shown_;
+  std::optional<KeyFrames> key_frames_;
+  std::optional<Film> film_;
+  std::optional<trial::MotionLog> motion_;
+};
+
 // Now, not after a minute of work.
 void RequireOutputs(const ShownTrialOptions& shown) {
   system::OutputPlan outputs;
@@ -137,58 +202,39 @@ void WritePictures(const trial::Scenario& scenario, const trial::TrialResult& re
   page::WritePage(*shown.out + "/report.html", page::TrialPage(*shown.out, scenario.plugins));
 }
 
+// Says how the trial goes and has it kept; all of them must live as long.
+trial::TrialOptions Followed(const trial::Scenario& scenario, command::Progress* progress,
+                             Kept* kept) {
+  trial::TrialOptions options;
+  kept->Require(&options);
+  options.observe = [&scenario, progress, kept](const trial::TrialFrame& frame) {
+    kept->Add(frame);
+    progress->Show(std::min(1.0, frame.record.time_s / scenario.duration_s),
+                   fmt::format("{:5.1f} s  {:15}  F {:+.2f}", frame.record.time_s,
+                               NameOf(frame.record.stage), frame.record.fitness));
+  };
+  options.on_transition = [&scenario, progress](const control::Transition& change) {
+    progress->Say(fmt::format("  {:5.1f} s  {} -> {}: {}", scenario.clock.TimeOfFrame(change.frame),
+                              NameOf(change.from), NameOf(change.to), change.reason));
+  };
+  options.on_remark = [progress](const std::string& remark) { progress->Say(remark); };
+  options.stop_requested = command::CatchStopSignals();
+  return options;
+}
+
 }  // namespace
 
 trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTrialOptions& shown) {
   RequireOutputs(shown);
   command::Progress progress(shown.quiet);
   progress.Say(TitleOf(scenario));
-  if (shown.out) system::MakeFolder(*shown.out);
-  std::optional<Film> film;
-  if (shown.video) film.emplace(scenario, *shown.out + "/video.mp4");
-  const bool keeps = shown.out && scenario.pose_source == trial::PoseSource::kCameras;
-  const std::string folder = shown.out.value_or("") + "/cameras";
-  const int step = KeyFrameStep(scenario);
-  Pictures pictures;
-  if (keeps) system::MakeFolder(folder);
-
-  trial::TrialOptions options;
-  if (keeps) options.whole_images_every = step;
-  options.spectator = options.whole_images = shown.video;
-  options.observe = [&](const trial::TrialFrame& frame) {
-    if (keeps && frame.evaluations > 0 && frame.record.frame % step == 0)
-      pictures[frame.record.frame] = frame.seen.Each(SmallJpeg);
-    if (film) film->Add(frame);
-    progress.Show(std::min(1.0, frame.record.time_s / scenario.duration_s),
-                  fmt::format("{:5.1f} s  {:15}  F {:+.2f}", frame.record.time_s,
-                              NameOf(frame.record.stage), frame.record.fitness));
-  };
-  options.on_transition = [&](const control::Transition& change) {
-    progress.Say(fmt::format("  {:5.1f} s  {} -> {}: {}", scenario.clock.TimeOfFrame(change.frame),
-                             NameOf(change.from), NameOf(change.to), change.reason));
-  };
-  options.on_remark = [&](const std::string& remark) { progress.Say(remark); };
-  std::optional<trial::MotionLog> motion;
-  if (shown.motion) {
-    motion.emplace(trial::ThrusterNamesOf(scenario));
-    options.on_tick = [&](const trial::MotionTick& tick) { motion->Add(tick); };
-  }
-  options.stop_requested = command::CatchStopSignals();
-  trial::TrialResult result = trial::RunTrial(scenario, options);
+  Kept kept(scenario, shown);
+  trial::TrialResult result = trial::RunTrial(scenario, Followed(scenario, &progress, &kept));
   progress.Say(Summary(result));
   // The numbers first: what fails later does not take them along.
   if (shown.out) trial::WriteRecords(*shown.out, scenario, result);
-  if (motion)
-    system::WriteWhole(*shown.out + "/motion.csv", motion->table().Csv());
-  else if (shown.out)
-    fs::remove(*shown.out + "/motion.csv");
   if (shown.json) std::fputs(report::JsonText(result).c_str(), stdout);
-  if (shown.out) WriteKeyFrames(folder, pictures);
-  if (film)
-    film->Finish(result);
-  else if (shown.out)
-    fs::remove(*shown.out + "/video.mp4");  // of an earlier trial
-  if (shown.out && !shown.report) fs::remove(*shown.out + "/report.html");
+  kept.Write(result);
   WritePictures(scenario, result, shown);
   if (shown.out) progress.Say("  all of it in " + *shown.out);
   return result;
