@@ -33,17 +33,6 @@ std::string TitleOf(const StoreHeader& header) {
   return description ? description->Text().value_or(header.kind) : header.kind;
 }
 
-// The keys that tell a batch's cells apart.
-std::vector<std::string> GridOf(const StoreHeader& header) {
-  std::vector<std::string> keys;
-  const auto plan = header.kind == "batch" ? PlanIn(header) : std::nullopt;
-  if (!plan) return keys;
-  if (plan->Find("cases")) keys.emplace_back("case");
-  if (const auto grid = plan->Find("grid"))
-    for (const auto& [key, values] : grid->Entries()) keys.push_back(key);
-  return keys;
-}
-
 bool IsBatch(const BatchSummary& summary) { return summary.header.kind == "batch"; }
 
 constexpr size_t kMostCells = 60;
@@ -76,6 +65,10 @@ void AddCurves(const std::vector<StoredTrial>& trials, const BatchReportOptions&
   if (summary->over.empty()) return;
   summary->curves = SuccessCurves(trials, summary->over, summary->curves_by);
   if (options.over.empty() && summary->curves.size() > kMostCurves) summary->curves.clear();
+  for (const std::string& key : GridOf(summary->header))
+    if (key != summary->over && std::ranges::count(summary->curves_by, key) == 0 &&
+        Summarise(trials, {key}).size() > 1)
+      summary->pooled.push_back(NameOfKey(key).label);
 }
 
 // How many trials a gate or a tuning run will have, its file does not say.
@@ -89,7 +82,10 @@ report::Verdict StateOf(const BatchSummary& summary) {
       fmt::format("{}: {}, plan {}, written by {}{}.", system::OneLineOf(summary.file), header.kind,
                   header.plan_hash(), header.build,
                   header.shard.count > 1 ? ", shard " + header.shard.Text() : "");
-  if (IsComplete(summary)) return {"complete", report::Tone::kGood, reason};
+  if (IsComplete(summary))
+    return {fmt::format("{:.0f} % succeed [{:.0f} to {:.0f}]", 100 * summary.all.rate(),
+                        100 * summary.all.wilson.low, 100 * summary.all.wilson.high),
+            report::Tone::kNone, reason + " Complete."};
   if (summary.running) return {"running", report::Tone::kNone, reason};
   if (!IsBatch(summary)) return {"not running", report::Tone::kNone, reason};
   return {summary.trials == 0 ? "empty" : "partial", report::Tone::kNone,
@@ -156,6 +152,16 @@ report::Section LimitsSection(const BatchSummary& summary) {
 
 }  // namespace
 
+std::vector<std::string> GridOf(const StoreHeader& header) {
+  std::vector<std::string> keys;
+  const auto plan = header.kind == "batch" ? PlanIn(header) : std::nullopt;
+  if (!plan) return keys;
+  if (plan->Find("cases")) keys.emplace_back("case");
+  if (const auto grid = plan->Find("grid"))
+    for (const auto& [key, values] : grid->Entries()) keys.push_back(key);
+  return keys;
+}
+
 std::vector<std::string> NotVaried(const StoreHeader& header) {
   const auto plan = PlanIn(header);
   if (!plan) return {};
@@ -216,10 +222,15 @@ report::Report ReportOf(const BatchSummary& summary) {
                         .verdict = StateOf(summary),
                         .facts = FactsOf(summary)};
   if (summary.trials == 0) report.missing.emplace_back("No trials: none was stored yet");
-  if (!summary.curves.empty())
+  if (!summary.curves.empty()) {
     report.sections.push_back(SuccessSection(summary.over, summary.curves_by, summary.curves));
+    if (!summary.pooled.empty())
+      report.sections.back().note +=
+          fmt::format(" Each point pools all values of {}.", fmt::join(summary.pooled, ", "));
+  }
   if (!summary.groups.empty())
     report.sections.push_back(GroupSection(summary.keys, summary.groups, summary.rule.precision));
+  if (!summary.all.failures.empty()) report.sections.push_back(FailureTable(summary.all));
   if (summary.failures) report.sections.push_back(*summary.failures);
   if (IsBatch(summary) && !summary.groups.empty())
     report.sections.push_back(LimitsSection(summary));

@@ -36,6 +36,8 @@ struct BatchSummary {
   std::vector<GroupSummary> groups;  // by these keys
   std::string over;
   std::vector<std::string> curves_by = {};
+  std::vector<std::string> pooled =
+      {};  // varied keys of the grid that the curves do not tell apart
   std::vector<SuccessCurve> curves = {};         // may be none
   std::optional<report::Section> failures = {};  // what goes with them, of enough of them
 };
@@ -52,6 +54,9 @@ report::Json ResultJson(const BatchSummary& summary);
 // Of what a trial is made of, the groups of keys that the plan leaves alone, as words; starts and
 // whatever else a seed decides differ anyway. Empty where the plan cannot be read.
 std::vector<std::string> NotVaried(const StoreHeader& header);
+
+// The keys that tell a batch's cells apart; none of anything else.
+std::vector<std::string> GridOf(const StoreHeader& header);
 
 // "17 of 480" or, where the total is not known yet, "17 of 320 to 480".
 std::string DoneText(int64_t done, int64_t total, int64_t most);

@@ -96,15 +96,65 @@ GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
   return summary;
 }
 
+// The most frequent first.
+std::vector<std::pair<std::string, int64_t>> SortedFailures(const GroupSummary& group) {
+  std::vector<std::pair<std::string, int64_t>> sorted(group.failures.begin(), group.failures.end());
+  std::ranges::stable_sort(sorted, std::greater(), &std::pair<std::string, int64_t>::second);
+  return sorted;
+}
+
 }  // namespace
 
 std::string FailureText(const GroupSummary& group) {
-  std::vector<std::pair<std::string, int64_t>> sorted(group.failures.begin(), group.failures.end());
-  std::ranges::stable_sort(sorted, std::greater(), &std::pair<std::string, int64_t>::second);
   std::string list;
-  for (const auto& [name, count] : sorted)
+  for (const auto& [name, count] : SortedFailures(group))
     list += fmt::format("{}{} {}", list.empty() ? "" : ", ", count, report::Words(name));
   return list;
+}
+
+const char* MeaningOf(trial::Failure failure) {
+  using enum trial::Failure;
+  switch (failure) {
+    case kNone:
+      return "it succeeded";
+    case kDiverged:
+      return "the physics gave no usable state";
+    case kCollision:
+      return "the vehicle touched something other than the inside of the dock";
+    case kJammed:
+      return "the pole was held in the dock for a while";
+    case kFalseLock:
+      return "the estimate that was acted on was wrong, also before a collision";
+    case kNeverFound:
+      return "the vehicle never began to servo";
+    case kLostInServoing:
+      return "the marker was lost to the end of the trial, last seen while servoing";
+    case kLostInDocking:
+      return "the marker was lost to the end of the trial, last seen while docking";
+    case kOscillation:
+      return "the vehicle swung about the desired pose to the end";
+    case kGaveUp:
+      return "none of the others, and all attempts failed";
+    case kTimeout:
+      return "none of the others, and the time was up";
+    case kCrashed:
+      return "the trial's process ended";
+    case kHung:
+      return "the trial's process was stopped after its time limit";
+  }
+  return "";
+}
+
+report::Section FailureTable(const GroupSummary& group) {
+  report::Table table({"<failure", "trials", "%", "<meaning"});
+  for (const auto& [name, count] : SortedFailures(group)) {
+    const report::Json word = name;
+    table.Row(
+        {report::Words(name), std::to_string(count),
+         report::Fixed(100.0 * static_cast<double>(count) / static_cast<double>(group.trials), 1),
+         MeaningOf(word.get<trial::Failure>())});
+  }
+  return {.title = "Failures", .note = "One word a trial: why it did not succeed.", .table = table};
 }
 
 bool LessByValue(const std::vector<std::string>& a, const std::vector<std::string>& b) {

@@ -50,6 +50,11 @@ std::string FailureText(const GroupSummary& group);
 // What their intervals are: "95 %, Wilson's", and over strata where that makes a difference.
 std::string IntervalText(const std::vector<GroupSummary>& groups);
 
+// What the word means (trial::FailureOf).
+const char* MeaningOf(trial::Failure failure);
+// A row for each that happened, with its meaning.
+report::Section FailureTable(const GroupSummary& group);
+
 // Whether values stand before others in a table: numbers in their order, before words in theirs.
 bool LessByValue(const std::vector<std::string>& a, const std::vector<std::string>& b);
 

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "experiments/batch/success_charts.h"
 #include "experiments/batch/summary.h"
+#include "experiments/page/plain.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/report/report_json.h"
 #include "experiments/trial/record_columns.h"
@@ -53,6 +55,17 @@ Json ColumnsOf(const std::vector<StoredTrial>& trials) {
   return all;
 }
 
+// The trial again; its number comes behind.
+std::string ReplayOf(const std::string& file) { return "turbidock replay " + ShellWord(file); }
+
+// What is shown beside the name of a failure.
+Json MeaningsOf() {
+  Json meanings = Json::object();
+  for (const auto& [failure, name] : EnumNames<trial::Failure>::kNames)
+    meanings[name] = batch::MeaningOf(failure);
+  return meanings;
+}
+
 }  // namespace
 
 Page BatchPage(const batch::ResultStore& store, const std::string& file,
@@ -64,8 +77,9 @@ Page BatchPage(const batch::ResultStore& store, const std::string& file,
   model = {{"kind", "batch"},
            {"kind_title", header.kind == "batch" ? "batch" : header.kind + ": its trials"},
            {"build", header.build},
-           {"file", file},
-           {"store_kind", header.kind},
+           {"replay", header.kind == "batch" ? Json(ReplayOf(file)) : Json()},
+           {"meanings", MeaningsOf()},
+           {"success", batch::ChartsOf(header, trials)},
            {"rows", trials.size()},
            {"columns", ColumnsOf(trials)},
            {"parameters", ParametersOf(header.keys, trials)},
@@ -75,8 +89,6 @@ Page BatchPage(const batch::ResultStore& store, const std::string& file,
   for (const char* of : {"columns", "parameters"})
     for (const auto& [key, values] : model[of].items()) model["names"][key] = batch::NameOfKey(key);
   StoredTrials stored(store, file, "", options.series_bytes, options.plugins, &page);
-  if (const std::optional<batch::Plan>& plan = stored.plan())
-    for (const batch::GridAxis& axis : plan->grid()) model["grid"].push_back(axis.key);
   if (stored.plan() && !trials.empty())
     model["limits"] =
         trial::CriteriaOf(stored.plan()->ScenarioOf(stored.plan()->Trial(trials[0].trial)));
@@ -145,7 +157,7 @@ LinkedTrial StoredTrials::Of(int64_t number) {
   if (store_.header().kind == "batch")
     linked.commands = {
         {"The trial again, with film and all its files",
-         fmt::format("turbidock replay {} {} --out out/{}{}", file_, number, name_, number)}};
+         fmt::format("{} {} --out out/{}{}", ReplayOf(file_), number, name_, number)}};
   if (Pack(trial)) {
     linked.model = ModelPart(trial);
     linked.series = SeriesPart(trial);

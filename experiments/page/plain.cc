@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <boost/algorithm/string/replace.hpp>
+#include <string_view>
 #include <utility>
 
 namespace turbidock::page {
@@ -44,6 +45,13 @@ std::string EscapeHtml(std::string text) {
        {std::pair{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}})
     boost::replace_all(text, from, to);
   return text;
+}
+
+std::string ShellWord(const std::string& text) {
+  constexpr std::string_view kPlain =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./:=,@%+";
+  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
+  return "'" + boost::replace_all_copy(text, "'", "'\\''") + "'";
 }
 
 std::string Plain(const Json& model) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "experiments/config/yaml_fields.h"
+#include "experiments/page/plain.h"
 #include "experiments/report/table.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/series.h"
@@ -259,7 +260,8 @@ Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
        {"frames", PicturesIn(in / "cameras", scenario)},
        {"commands",
         {{{"what", "The same trial again, filmed"},
-          {"command", fmt::format("turbidock run {} --out again --video", resolved)}}}}});
+          {"command",
+           fmt::format("turbidock run {} --out again --video", ShellWord(resolved))}}}}});
   if (fs::is_regular_file(video, none)) page.files["video"] = system::ReadWhole(video);
   page.has_3d = !page.model["scene"].is_null();
   return page;

@@ -96,7 +96,9 @@ TEST_F(BatchReport, SaysHowFarItIsAndWhatCameOut) {
 TEST_F(BatchReport, KnowsWhenItIsCompleteRunningOrEmpty) {
   {
     const ResultStore held = Store(8, 8);
-    EXPECT_EQ(ReportOf(Summary(held)).verdict.word, "complete");
+    const report::Verdict verdict = ReportOf(Summary(held)).verdict;
+    EXPECT_THAT(verdict.word, ContainsRegex("^[0-9]+ % succeed \\[[0-9]+ to [0-9]+\\]$"));
+    EXPECT_THAT(verdict.reason, HasSubstr("written by test 1. Complete."));
     EXPECT_EQ(ResultJson(Summary(held))["running"],
               false);  // though its runner holds the file still
   }

@@ -38,8 +38,9 @@ class BatchView {
     const plots = h('div', {class: 'plots'});
     this.tableBox = section('Trials', {wide: true, id: 'trials'});
     this.detail = h('div', {id: 'trial'});
+    drawSections(host, report);
     host.append(plots, this.tableBox, this.detail);
-    new Success(plots, this.trials, (rows, why) => this.list(rows, why));
+    new Success(plots, this.trials, model.success, (rows, why) => this.list(rows, why));
     const failures = section('Why not', {
       note: 'Of the trials listed below. Click a reason to list its own.',
     });
@@ -54,7 +55,6 @@ class BatchView {
       onPick: row => this.pick(row),
       onFound: rows => this.fill(rows),
     });
-    drawSections(host, report);
   }
 
   /** Lists these trials in the table. */
@@ -137,7 +137,7 @@ class BatchView {
       counts.map(([failure, rows]) => [
         button(words(failure), () => pick(failure), {
           class: 'link',
-          title: `list ${rows.length} trials: ${words(failure)}`,
+          title: `list ${rows.length} trials: ${this.model.meanings[failure]}`,
         }),
         bar(rows.length / found.length),
         h('span', {}, `${rows.length} (${percent(rows.length / found.length, 1)})`),
@@ -232,7 +232,7 @@ class BatchView {
     const fact = (label, value) => ({label, value: String(value ?? '–')});
     const replay = {
       what: 'The trial again, with film and all its files',
-      command: `turbidock replay ${model.file} ${trial} --out out/${trial}`,
+      command: `${model.replay} ${trial} --out out/${trial}`,
     };
     const elsewhere = model.series_stored
       ? `This page has the traces of ${model.series_trials.length} of ${model.series_stored} trials, failures first: ` +
@@ -255,7 +255,7 @@ class BatchView {
               return {label, value: measured(text, unit), note: key};
             }),
           ],
-          commands: model.store_kind === 'batch' ? [replay] : [],
+          commands: model.replay ? [replay] : [],
           note: isThere ? '' : elsewhere,
           ...(isThere ? {model: `model--${get.scenario?.(row) ?? ''}`, series} : {}),
         },

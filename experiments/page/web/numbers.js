@@ -1,32 +1,4 @@
-// What a page counts itself, as filters change it: intervals and bins; and places in lists.
-
-/** Wilson's 95 % interval of a share found in n trials. */
-function wilson(p, n) {
-  const z = 1.959963984540054;
-  const zz = (z * z) / n;
-  const middle = (p + zz / 2) / (1 + zz);
-  const half = (z / (1 + zz)) * Math.sqrt((p * (1 - p)) / n + zz / n / 4);
-  return [Math.max(0, middle - half), Math.min(1, middle + half)];
-}
-
-/** The same over strata, [{successes, trials}], as experiments/statistics/intervals.h; [0, 1] of nothing. */
-export function stratified(strata) {
-  let won = 0;
-  let trials = 0;
-  let rate = 0;
-  let within = 0;
-  for (const s of strata) {
-    won += s.successes;
-    trials += s.trials;
-    const p = (s.successes + 0.5) / (s.trials + 1);
-    rate += s.trials * p;
-    const m = s.trials;
-    within += (m * p * (1 - p) * (m + 1) ** 2) / (m * m + m + 1);
-  }
-  if (!trials) return [0, 1];
-  const effect = Math.min(1, within / (rate * (1 - rate / trials)));
-  return wilson(won / trials, trials / effect);
-}
+// What a page counts itself, as filters change it: bins and groups; and places in lists.
 
 /** Index of the last of ascending values that is at or before one; -1 where none is. */
 export function lastAt(values, value) {

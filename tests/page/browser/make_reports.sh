@@ -85,7 +85,6 @@ END
 "$program" run short.yaml --out lost --seed 3 --set water.milk_ml_m3=400 --set duration_s=7 --video --quiet || [ $? = 1 ]
 "$program" run short.yaml --out still --set pose_source=true_pose --report --quiet
 "$program" batch plan.yaml --out batch.db --quiet
-"$program" status batch.db --by controller,stratum --json >batch_by_stratum.json
 "$program" status batch.db --by controller --json >batch_by_law.json
 "$program" batch two.yaml --out a.db --quiet
 sed '/controller:/d; s/seeds: 6/seeds: 4/' plan.yaml >few.yaml

@@ -193,47 +193,17 @@ test('a batch: filter, sort, a point lists its trials, a trial shows its traces 
   await close();
 });
 
-test("intervals over strata are the program's", async () => {
-  const source = readFileSync(
-    new URL('../../../experiments/page/web/numbers.js', import.meta.url),
-    'base64',
-  );
-  const {stratified} = await import(`data:text/javascript;base64,${source}`);
-  const near = (span, [low, high]) =>
-    assert.ok(
-      Math.abs(span[0] - low) + Math.abs(span[1] - high) < 1e-9,
-      `${span}: ${low}, ${high}`,
-    );
-  // as in tests/statistics/intervals_oracle_test.cc
-  near(
-    stratified([
-      {successes: 19, trials: 19},
-      {successes: 0, trials: 19},
-    ]),
-    [0.4493988203895799, 0.5506011796104201],
-  );
-  const groups = name => JSON.parse(readFileSync(path.join(folder, name), 'utf8')).groups;
-  const strata = groups('batch_by_stratum.json');
-  const laws = groups('batch_by_law.json');
-  assert.equal(laws.length, 3);
-  for (const {group, wilson} of laws) {
-    const own = strata.filter(s => s.group.controller === group.controller);
-    assert.equal(own.length, 2);
-    near(stratified(own), wilson);
-  }
+test("a chart's intervals are the program's, over strata", async () => {
+  const {groups} = JSON.parse(readFileSync(path.join(folder, 'batch_by_law.json'), 'utf8'));
+  assert.equal(groups.length, 3);
   const {page, close} = await open('batch', 1440);
-  const spans = await page.evaluate(() => {
-    const view = globalThis.turbidock;
-    const {rows} = view.trials;
-    return ['p_voltage', 'pid', 'lqg'].map(law =>
-      view.trials.rate(
-        rows.filter(row => view.trials.get.controller(row) === law),
-        ['controller'],
-      ),
-    );
-  });
-  for (const [k, law] of ['p_voltage', 'pid', 'lqg'].entries())
-    near([spans[k].low, spans[k].high], laws.find(l => l.group.controller === law).wilson);
+  const charts = await page.evaluate(() => globalThis.turbidock.model.success);
+  const {across} = charts.axes.find(({key}) => key === 'controller');
+  const [{low, high}] = charts.panels['controller|'].series;
+  for (const {group, wilson} of groups) {
+    const k = across.names.indexOf(group.controller);
+    assert.ok(Math.abs(low[k] - 100 * wilson[0]) + Math.abs(high[k] - 100 * wilson[1]) < 1e-9);
+  }
   await close();
 });
 
