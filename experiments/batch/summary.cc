@@ -141,6 +141,8 @@ const char* MeaningOf(trial::Failure failure) {
       return "the trial's process ended";
     case kHung:
       return "the trial's process was stopped after its time limit";
+    case kNoAnswer:
+      return "a program that steers or sees for the vehicle did not answer";
   }
   return "";
 }
