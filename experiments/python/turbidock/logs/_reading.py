@@ -96,7 +96,7 @@ def _check_profile(file: str) -> None:
     size = int.from_bytes(begin[17:21], "little")  # after the magic, an opcode and a record's length
     profile = begin[21:21 + size].decode("utf-8", "replace")
     if begin.startswith(b"\x89MCAP0\r\n\x01") and profile != "ros2":
-        raise ConfigError(f"{file}: an MCAP of profile '{profile}', must be ros2; of a trial's, turbidock-mcap --ros2 makes one")
+        raise ConfigError(f"{file}: an MCAP of profile '{profile}', must be ros2 (a trial's own has Foxglove's messages)")
 
 
 def _words(error: Exception) -> str:
