@@ -9,7 +9,7 @@ import pytest
 
 import turbidock
 from turbidock import _core
-from turbidock.logs import _log, _rotation, identify
+from turbidock.logs import _log, _rotation, _task, identify
 from turbidock.logs._output_error import moved, solve
 from turbidock.logs.motion import POSITION, QUATERNION, read_motion, write_motion
 
@@ -102,7 +102,7 @@ def test_outliers_and_gaps_change_little(scenario, simulated):
                                  [0, 0, 0, 0.5, 1.5, 1, 1, 1, 0, 2, 3, 5]])  # so far that a whole step leads astray
 def test_a_window_with_a_bad_first_state_is_repaired_not_rejected(scenario, commands, off):
     short = {name: column[:150] for name, column in commands.items()}
-    task = identify._Task(logs.log_of(scenario, {}, short, np.random.default_rng(7)), scenario, "still", 0, 1)
+    task = _task.Task(logs.log_of(scenario, {}, short, np.random.default_rng(7)), scenario, "still", 0, 1)
     parts, z = task.parts(0), np.zeros(len(task.parameters))
     z[task.problem.index["delay.pose"]] = logs.OFFSET_S / 0.1
     task.problem.reject = True  # as once the noise is known
@@ -115,7 +115,7 @@ def test_a_window_with_a_bad_first_state_is_repaired_not_rejected(scenario, comm
 
 def test_a_prediction_that_leaves_all_bounds_is_one_line(scenario, commands):
     short = {name: column[:150] for name, column in commands.items()}
-    task = identify._Task(logs.log_of(scenario, {}, short, np.random.default_rng(7)), scenario, "still", 0, 1)
+    task = _task.Task(logs.log_of(scenario, {}, short, np.random.default_rng(7)), scenario, "still", 0, 1)
     parts = task.parts(0)
     parts[1].state = np.where(np.arange(13) == 7, 1e200, parts[1].state)
     with pytest.raises(turbidock.ConfigError, match=r"log 1: a prediction from [0-9.]+ s on leaves all bounds"):
@@ -127,7 +127,7 @@ def test_a_clock_that_is_far_off_is_found(scenario, commands):
     rng = np.random.default_rng(6)
     values = logs.planted(scenario, rng)
     for offset in (0.05, 1.25, -0.8):
-        task = identify._Task(logs.log_of(scenario, values, short, rng, offset_s=offset), scenario, "still", 0, 1)
+        task = _task.Task(logs.log_of(scenario, values, short, rng, offset_s=offset), scenario, "still", 0, 1)
         found = {sensor.offset_s for sensor in task.logs[0].sensors}
         assert len(found) == 1
         assert abs(found.pop() - offset) < 0.15, offset  # the rest is delay.pose
@@ -162,6 +162,8 @@ def test_the_vehicles_file_is_what_was_found(simulated, tmp_path):
     text = (tmp_path / "mine.yaml").read_text()
     assert "[identified] turbidock-identify, log 1, 20" in text
     assert "not told, kept" in text
+    kept = fit.table()[~fit.table()["told"]]
+    assert len(kept) and (kept["value"] == kept["before"]).all() and not fit.doubt
     mine = turbidock.Scenario("pool_active", settings={"vehicle_model": str(tmp_path / "mine.xml")})
     for group in ("vehicle", "known_vehicle"):  # the laws' model follows
         assert mine[f"{group}.hydrodynamics.added_mass_diagonal"][0] == pytest.approx(fit.value("added_mass.surge"))

@@ -79,3 +79,30 @@ def test_zeros_are_no_measurement(scenario):
 def test_clocks_and_origins_are_named(scenario, columns, words):
     with pytest.raises(turbidock.ConfigError, match=f"^log.csv: {words}"):
         log_of(scenario, **columns)
+
+
+def test_thrusters_that_are_exchanged_or_reversed_are_named(scenario):
+    """Ten seconds of the vehicle as it is known; its commands as a wrong file of topics has them."""
+    from turbidock.logs import _task
+    from turbidock.logs._parameters import still
+
+    names = _core.thrusters(scenario._cpp)
+    rng = np.random.default_rng(1)
+    time_s = np.arange(100) / 10
+    commands = {"time_s": time_s} | {f"{name}_v": np.repeat(2.5 + rng.uniform(-2, 2, 20), 5) for name in names}
+    begin = np.zeros((1, 13))
+    begin[0, 2], begin[0, 3] = -5, 1
+    none = np.zeros(1, np.int64)
+    states = _core.predict([still(scenario)._cpp], commands, np.zeros(1), [time_s], none, none, begin, 1)[0]
+    poses = states[:, :7] + 0.003 * rng.standard_normal((100, 7)) * [1, 1, 1, 0, 1, 1, 1]
+    poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
+
+    def read(**changed):
+        return _task.Task(commands | changed | dict(zip(POSITION + QUATERNION, poses.T)), scenario, "still", 0, 1)
+
+    read()
+    first, second = (f"{name}_v" for name in names[:2])
+    with pytest.raises(turbidock.ConfigError, match=f"log 1: thruster {names[1]} and {names[0]} look exchanged: "):
+        read(**{first: commands[second], second: commands[first]})
+    with pytest.raises(turbidock.ConfigError, match=f"log 1: thruster {names[2]} looks reversed: "):
+        read(**{f"{names[2]}_v": 5 - commands[f"{names[2]}_v"]})

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from .. import _core
 from ..scenario import Scenario
 from ._log import STATE, Log, Sensor, Window, errors
-from ._parameters import Parameter, scenario_with
+from ._parameters import Parameter, plain_vehicle, scenario_with
 from ._rotation import product, rotated, turned
 
 Numbers = npt.NDArray[np.float64]
@@ -75,10 +75,12 @@ class Problem:
         self.logs, self.scenarios, self.parameters, self.workers = list(logs), list(scenarios), list(parameters), workers
         self.index = {parameter.name: i for i, parameter in enumerate(self.parameters)}
         # Those that change the plant, not the log's clock.
-        self.physical = [i for i, parameter in enumerate(self.parameters) if not parameter.name.startswith("delay.")]
+        self.physical = [i for i, parameter in enumerate(self.parameters) if parameter.group() != "delay"]
+        self.vehicles = [plain_vehicle(scenario) for scenario in self.scenarios]
         self.std = {sensor.kind: float(np.median([log_sensor.std for log in logs for log_sensor in log.sensors
                                                   if log_sensor.kind == sensor.kind]))
                     for log in logs for sensor in log.sensors}
+        self.held = np.zeros(len(self.parameters), bool)  # stay where they are
         self.reject = False
         self.coarse = False  # a quarter of the physics' steps: near enough to begin with
 
@@ -86,8 +88,9 @@ class Problem:
         return {parameter.name: parameter.value(z[i]) for i, parameter in enumerate(self.parameters)}
 
     def _model(self, log: Log, z: Numbers, coarse: bool) -> _core.Scenario:
-        values = {name: value for name, value in self.values(z).items() if not name.startswith("delay.")}
-        made = scenario_with(self.scenarios[self.logs.index(log)], values)._cpp
+        values = self.values(z)
+        at = self.logs.index(log)
+        made = scenario_with(self.scenarios[at], values, self.vehicles[at])._cpp
         if coarse:
             made.set(["clock.ticks_per_frame=4"])
         return made
@@ -281,8 +284,8 @@ def solve(problem: Problem, parts: list[Part], z: Numbers, *, with_z: bool = Tru
         for part, one in zip(parts, linear):
             if not (np.isfinite(one.cost) and np.isfinite(one.by_z).all() and np.isfinite(one.by_state).all()):
                 begin_s = part.window.first_s + part.log.clock_begin_s
-                raise _core.ConfigError(f"{part.log.name}: a prediction from {begin_s:.1f} s on leaves all bounds: are units and "
-                                        "axes as in the table of motion?")
+                raise _core.ConfigError(f"{part.log.name}: a prediction from {begin_s:.1f} s on leaves all bounds: are the thrusters' "
+                                        "places, signs and strengths those of the MJCF?")
         gain, first = np.inf, 0.0
         while gain >= LEADS_ON:
             found = _step(problem, parts, z, guesses, linear, slopes, damping, with_z)
@@ -299,14 +302,15 @@ def _step(problem: Problem, parts: list[Part], z: Numbers, guesses: list[Numbers
           damping: float, with_z: bool) -> tuple[float, Numbers, list[Linear], float] | None:
     """A step of Levenberg and Marquardt's: how much of the cost it gains, where it leads, and the next damping."""
     before = _cost(linear, parts, guesses, z)
-    least = [parameter.z_at_least() for parameter in problem.parameters]
+    bounds = np.array([parameter.z_bounds() for parameter in problem.parameters]).reshape(-1, 2)
     old = [part.state for part in parts]
     for _ in range(8):
         reduced = reduce(linear, parts, guesses, damping)
         normal = reduced.information + np.eye(len(z))
         normal += damping * np.diag(np.diag(normal))
+        normal[problem.held, problem.held] += 1e15
         step = np.linalg.solve(normal, -(reduced.gradient + z)) if with_z else np.zeros(len(z))
-        new_z = np.maximum(z + np.clip(step, -1.0, 1.0), least)
+        new_z = np.clip(z + np.clip(step, -1.0, 1.0), *bounds.T)
         for part, state, (inner, cross, force) in zip(parts, old, reduced.windows):
             part.state = moved(state, np.asarray(-np.linalg.solve(inner, force + cross @ (new_z - z)), float))
         trial = problem.linear(parts, new_z, slopes)

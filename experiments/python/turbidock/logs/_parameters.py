@@ -28,14 +28,21 @@ class Parameter:
     std: float
     scale: bool = True
     at_least: float = -np.inf
+    at_most: float = np.inf
 
     def value(self, z: float) -> float:
-        if self.scale:
-            return float(self.before * np.exp(self.std * z))
-        return float(max(self.before + self.std * z, self.at_least))
+        value = self.before * np.exp(self.std * z) if self.scale else self.before + self.std * z
+        return float(min(max(value, self.at_least), self.at_most))
 
-    def z_at_least(self) -> float:
-        return -np.inf if self.scale else (self.at_least - self.before) / self.std
+    def z_bounds(self) -> tuple[float, float]:
+        if self.scale:
+            least, most = (np.log(max(bound, 1e-12) / self.before) / self.std for bound in (self.at_least, self.at_most))
+        else:
+            least, most = ((bound - self.before) / self.std for bound in (self.at_least, self.at_most))
+        return float(least), float(most)
+
+    def group(self) -> str:
+        return self.name.split(".")[0]
 
     def axis(self) -> str:
         """The motion that tells it."""
@@ -51,7 +58,7 @@ def parameters_of(scenario: Scenario, *, thrust_std: float = 0, water: str = "st
                   ) -> list[Parameter]:
     """Those of the scenario's vehicle; their values before are `vehicle`'s. `thrust_std`: relative, of all thrust together,
     which no log of motion alone tells. `onboard`: the log has motion by sensors on the commands' clock besides poses."""
-    vehicle = scenario["vehicle"]
+    vehicle = plain_vehicle(scenario)
     hydro, thrusters, body = vehicle["hydrodynamics"], vehicle["thrusters"], vehicle["rigid_body"]
     mass = _float(body["mass_kg"])
     inertia = [mass] * 3 + [_float(x) for x in body["inertia_kg_m2"]]
@@ -64,7 +71,7 @@ def parameters_of(scenario: Scenario, *, thrust_std: float = 0, water: str = "st
                 found.append(Parameter(f"{group}.{axis}", unit, _float(before), std))
             else:  # a quarter of the inertia a second, or of twice that a metre
                 found.append(Parameter(f"{group}.{axis}", unit, 0, 0.25 * inert * (2 if group[0] == "q" else 1), False, 0))
-    found.append(Parameter("trim.buoyancy", "N", buoyancy_newton(scenario), 0.01 * mass * GRAVITY_MPS2, False))
+    found.append(Parameter("trim.buoyancy", "N", buoyancy_newton(vehicle), 0.01 * mass * GRAVITY_MPS2, False))
     offset = np.array(hydro["p_BBcb_m"]) - np.array(body["p_BBcm_m"])
     found.append(Parameter("trim.centre_ahead", "m", _float(offset[0]), 0.005, False))
     found.append(Parameter("trim.centre_left", "m", _float(offset[1]), 0.005, False))
@@ -74,11 +81,11 @@ def parameters_of(scenario: Scenario, *, thrust_std: float = 0, water: str = "st
         found.append(Parameter("thrust.scale", "", 1, thrust_std))
     found.append(Parameter("thrust.reverse", "", 1, 0.1))
     if not len(thrusters["table_volts"]):
-        found.append(Parameter("thrust.dead_band", "V", _float(thrusters["dead_band_volts"]), 0.3))
-        found.append(Parameter("thrust.exponent", "", _float(thrusters["curve_exponent"]), 0.2))
+        found.append(Parameter("thrust.dead_band", "V", _float(thrusters["dead_band_volts"]), 0.3, True, 0, 2.4))
+        found.append(Parameter("thrust.exponent", "", _float(thrusters["curve_exponent"]), 0.2, True, 0.5, 4))
     for name, unit, key in (("lag", "s", "lag_s"), ("inflow_loss", "s/m", "inflow_loss_s_per_m")):
         if thrusters[key] > 0:
-            found.append(Parameter("thrust." + name, unit, _float(thrusters[key]), 0.5))
+            found.append(Parameter("thrust." + name, unit, _float(thrusters[key]), 0.5, True, 0, 10))
     found.append(Parameter("delay.pose", "s", 0, 0.1, False))
     found.append(Parameter("delay.drift", "s/s", 0, 1e-4, False))
     if onboard:
@@ -88,18 +95,30 @@ def parameters_of(scenario: Scenario, *, thrust_std: float = 0, water: str = "st
     return [parameter for parameter in found if parameter.before != 0 or not parameter.scale]
 
 
-def buoyancy_newton(scenario: Scenario) -> float:
+def plain_vehicle(scenario: Scenario) -> dict[str, Any]:
+    """The scenario's vehicle as dicts and lists."""
+    made: dict[str, Any] = plain(scenario["vehicle"])
+    return made
+
+
+def plain(value: Any) -> Any:
+    if hasattr(value, "keys"):
+        return {key: plain(value[key]) for key in value.keys()}
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    return [plain(item) for item in value] if isinstance(value, (list, tuple)) else value
+
+
+def buoyancy_newton(vehicle: Mapping[str, Any]) -> float:
     """Of the vehicle with its loads, less its weight."""
-    vehicle = scenario["vehicle"]
     mass = vehicle["rigid_body"]["mass_kg"] + sum(load["mass_kg"] for load in vehicle["loads"])
     volume = vehicle["hydrodynamics"]["displaced_volume_m3"] + sum(load["volume_m3"] for load in vehicle["loads"])
     return float(GRAVITY_MPS2 * (vehicle["hydrodynamics"]["water_density_kg_m3"] * volume - mass))
 
 
-def data_of(scenario: Scenario, values: Mapping[str, float]) -> dict[str, Any]:
+def data_of(vehicle: Mapping[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
     """Keys of a vehicle's data with these parameters' values, "hydrodynamics.added_mass_diagonal": [...]; the others are as
-    in the scenario."""
-    vehicle = scenario["vehicle"]
+    they were."""
     hydro, thrusters, body = vehicle["hydrodynamics"], vehicle["thrusters"], vehicle["rigid_body"]
     data: dict[str, Any] = {}
     for group in ("added_mass", "linear_damping", "quadratic_damping"):
@@ -107,7 +126,7 @@ def data_of(scenario: Scenario, values: Mapping[str, float]) -> dict[str, Any]:
             values.get(f"{group}.{axis}", float(before)) for axis, before in zip(AXES, hydro[group + "_diagonal"])]
     loads = vehicle["loads"]
     mass = body["mass_kg"] + sum(load["mass_kg"] for load in loads)
-    lifted = values.get("trim.buoyancy", buoyancy_newton(scenario)) / GRAVITY_MPS2 + mass
+    lifted = values.get("trim.buoyancy", buoyancy_newton(vehicle)) / GRAVITY_MPS2 + mass
     data["hydrodynamics.displaced_volume_m3"] = (
         lifted / hydro["water_density_kg_m3"] - sum(load["volume_m3"] for load in loads))
     centre = np.array(body["p_BBcm_m"], float)
@@ -129,10 +148,10 @@ def data_of(scenario: Scenario, values: Mapping[str, float]) -> dict[str, Any]:
     return data
 
 
-def scenario_with(scenario: Scenario, values: Mapping[str, float]) -> Scenario:
-    """The scenario with a vehicle of these values, in open water that is still but for the current."""
+def scenario_with(scenario: Scenario, values: Mapping[str, float], vehicle: Mapping[str, Any] | None = None) -> Scenario:
+    """The scenario with a vehicle of these values, in open water that is still but for the current. `vehicle`: its own, plain."""
     made = scenario.copy()
-    settings = {f"vehicle.{key}": value for key, value in data_of(scenario, values).items()}
+    settings = {f"vehicle.{key}": value for key, value in data_of(vehicle or plain_vehicle(scenario), values).items()}
     if "water.x" in values:
         settings["sea.current.surface_velocity_mps"] = [values["water.x"], values["water.y"], 0.0]
     from ..scenario import assignments_of

@@ -6,6 +6,7 @@ import json
 from typing import Any, Mapping
 
 from ..scenario import Scenario
+from ._parameters import plain
 
 # Which parameters are in which key.
 _TOLD = {
@@ -35,14 +36,4 @@ def vehicle_yaml(scenario: Scenario, data: Mapping[str, Any], comments: Mapping[
 
 
 def _text(value: Any) -> str:
-    return json.dumps(_plain(value))
-
-
-def _plain(value: Any) -> Any:
-    if hasattr(value, "keys"):
-        return {key: _plain(value[key]) for key in value.keys()}
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    return value
+    return json.dumps(plain(value))

@@ -16,7 +16,7 @@ from .. import _core
 from ..scenario import Path, Scenario, scenario_of
 from ._log import Log
 from ._output_error import Part, Problem, reduce
-from ._parameters import Parameter, buoyancy_newton, parameters_of, still
+from ._parameters import Parameter, buoyancy_newton, parameters_of, plain_vehicle, still
 
 Numbers = npt.NDArray[np.float64]
 
@@ -66,7 +66,7 @@ def plan(scenario: Scenario | Path, *, duration_s: float = 60, pool_m: tuple[flo
 
 def _table(scenario: Scenario, demands: Numbers) -> dict[str, Numbers]:
     """Demands by axis, besides what holds the vehicle's depth as far as its buoyancy is known, as the thrusters' voltages."""
-    demands = demands - np.array([0, 0, buoyancy_newton(scenario), 0])
+    demands = demands - np.array([0, 0, buoyancy_newton(plain_vehicle(scenario)), 0])
     time_s = np.arange(len(demands)) / COMMANDS_HZ
     times, volts = _core.commands(scenario._cpp, {"time_s": time_s} | {name: demands[:, i] for i, name in enumerate(AXES)},
                                   "plan")

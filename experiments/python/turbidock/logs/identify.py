@@ -19,35 +19,30 @@ import argparse
 import datetime
 import os
 import sys
-import tempfile
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Iterable, Mapping, Sequence, Union
+from typing import TYPE_CHECKING, Any, Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from ..scenario import Path, Scenario, scenario_of
-from ._log import Log, Window, errors
+from ._log import errors
 from ._output_error import (LEADS_ON, Linear, Numbers, Part, Problem, Reduced, correlation_time, noise, reduce, share_of_noise,
                             solve)
-from ._parameters import Parameter, data_of, parameters_of, still
-from ._rotation import angles_of, product, turned
+from ._parameters import Parameter, data_of, plain_vehicle
+from ._rotation import angles_of, product, rotated, turned
+from ._task import BEFORE_S, WINDOW_S, MotionLike, Task, fitted
 from ._vehicle_file import vehicle_yaml
-from .motion import WATER, read_motion
 
 if TYPE_CHECKING:
     import matplotlib.figure
     import pandas
 
-MotionLike = Union[Path, Mapping[str, npt.ArrayLike]]
-
 TOLD = 0.5  # of what was known before: what a log leaves more uncertain than that is not told by it
 FROM_NOISE = 0.1  # of its information: what seems to be told by no more than the measurements' noise is not told
 CORRELATED = 0.9
-WINDOW_S = 5.0
-BEFORE_S = 0.3  # of a window's state before its first measurement: the clocks may be off by as much
-FARTHEST_S = 2.0  # by which the poses' clock may be off
+MOST_LEFT, MOST_ROWS = 1.5, 3.0  # of a fit that is believed: residuals by the noise, rows over which they hang together
 LEAD_S = 4.0  # of a held-out window, from which its state is known
 AHEAD_S = 5.0  # of its prediction
 UNITS = {"position": "x, y, z [m]", "attitude": "roll, pitch, yaw [rad]", "velocity": "surge, sway, heave [m/s]",
@@ -64,10 +59,13 @@ class Information:
     from_noise: Numbers  # share of each parameter's information
     windows: int
     duration_s: float
+    held: npt.NDArray[np.bool_]  # at their values before, as they were not told
+    notes: list[str]
 
     def told(self) -> list[bool]:
         """Whether the log at least halves what was uncertain, by more than noise."""
-        return [bool(std <= TOLD and share < FROM_NOISE) for std, share in zip(self.std, self.from_noise)]
+        return [bool(std <= TOLD and share < FROM_NOISE and not held)
+                for std, share, held in zip(self.std, self.from_noise, self.held)]
 
     def pairs(self) -> list[tuple[str, str, float]]:
         """Parameters that the log tells together rather than each, with their correlation."""
@@ -103,7 +101,7 @@ class Information:
         return lines
 
     def __str__(self) -> str:
-        lines = [f"{self.windows} windows of {self.duration_s:.0f} s of motion", ""]
+        lines = [f"{self.windows} windows of {self.duration_s:.0f} s of motion", *self.notes, ""]
         for parameter, std, told in zip(self.parameters, self.std, self.told()):
             width = (f"within a factor {np.exp(1.96 * std * parameter.std):.2f}" if parameter.scale else
                      f"± {1.96 * std * parameter.std:.3g} {parameter.unit}")
@@ -130,6 +128,7 @@ class Fit:
     residuals: dict[str, Numbers] = field(default_factory=dict)
     compared: dict[str, tuple[Numbers, Numbers]] = field(default_factory=dict)  # by sensor: measured, predicted
     offsets_s: list[float] = field(default_factory=list)  # of each log's poses, roughly, besides delay.pose
+    doubt: str = ""  # why no interval is to be believed
 
     def value(self, name: str) -> float:
         return self.values()[name]
@@ -157,8 +156,7 @@ class Fit:
 
     def data(self) -> dict[str, Any]:
         """Keys of the vehicle's data with the values found."""
-        kept = {name: value for name, value in self.values().items() if not name.startswith(("delay.", "water."))}
-        return data_of(self.scenario, kept)
+        return data_of(plain_vehicle(self.scenario), self.values())
 
     def settings(self) -> dict[str, Any]:
         """For a scenario: the vehicle, and what its controller knows of it."""
@@ -169,8 +167,8 @@ class Fit:
         comments = {}
         for parameter in self.parameters:
             low, high = self.interval(parameter.name)
-            comments[parameter.name] = (f"{parameter.value(self.z[self.parameters.index(parameter)]):.4g} "
-                                        f"({low:.4g} to {high:.4g})" if self.told(parameter.name) else "not told, kept")
+            comments[parameter.name] = "not told, kept" if not self.told(parameter.name) else (
+                f"{self.value(parameter.name):.4g} " + ("(not to be believed)" if self.doubt else f"({low:.4g} to {high:.4g})"))
         text = vehicle_yaml(self.scenario, self.data(), comments, f"{self.source}, {datetime.date.today().isoformat()}")
         name = os.fspath(file)
         with open(name + ".part", "w", encoding="utf-8") as out:
@@ -200,17 +198,18 @@ class Fit:
     def __str__(self) -> str:
         lines = [f"of {self.source}", ""]
         for row in self.table().itertuples():
-            found = f"{row.value:10.4g}  ({row.low:.4g} to {row.high:.4g}) {row.unit}" if row.told else (
-                f"{row.value:10.4g}  not told, kept")
+            width = "(not to be believed)" if self.doubt else f"({row.low:.4g} to {row.high:.4g})"
+            found = f"{row.value:10.4g}  {width} {row.unit}" if row.told else f"{row.value:10.4g}  not told, kept"
             lines.append(f"  {row.parameter:26}{found}")
-        lines.append("")
+        lines += ["", *(f"  {note}" for note in self.information.notes)]
+        lines += [f"  not to be believed: {self.doubt}"] if self.doubt else []
         lines += [f"  {name}: its poses' clock is {offset:+.1f} s off, besides delay.pose"
                   for name, offset in zip(self.source.split(", ")[1:], self.offsets_s) if offset]
         lines += [f"  noise of {kind}: {value:.3g}" for kind, value in self.noise.items()]
         if self.outliers > 0.001:
             lines.append(f"  {100 * self.outliers:.1f} % of the measurements are no noise and were left out")
         if self.correlation_rows > 1.5:
-            lines.append(f"  what is left hangs together over {self.correlation_rows:.1f} rows: the model lacks something; "
+            lines.append(f"  what is left hangs together over {self.correlation_rows:.1f} rows: "
                          "intervals are widened for it")
         if self.validation:
             lines.append(f"  held out: position after {AHEAD_S:g} s within {1000 * self.validation['median_m']:.0f} mm "
@@ -219,87 +218,10 @@ class Fit:
         return "\n".join(lines + (["", "To tell the rest, fly besides:"] + [f"  {line}" for line in advice] if advice else []))
 
 
-class _Task:
-    """Logs made ready."""
-
-    def __init__(self, logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, water: str, thrust_std: float,
-                 workers: int | None) -> None:
-        given = [logs] if isinstance(logs, (str, os.PathLike, Mapping)) else list(logs)
-        if not given:
-            raise ValueError("no log")
-        if water not in ("still", "steady"):
-            raise ValueError(f"water must be still or steady, not {water!r}")
-        if workers is not None and workers < 1 or thrust_std < 0:
-            raise _core.ConfigError("workers must be at least 1, thrust_std at least 0")
-        self.scenario = scenario_of(scenario)
-        self.names = [os.path.basename(os.fspath(log)) if isinstance(log, (str, os.PathLike)) else f"log {i + 1}"
-                      for i, log in enumerate(given)]
-        self.logs = [Log(read_motion(log) if isinstance(log, (str, os.PathLike)) else log, self.scenario, name)
-                     for log, name in zip(given, self.names)]
-        self.folder = tempfile.TemporaryDirectory(prefix="turbidock_")
-        scenarios = [still(self.scenario, self._series(log)) for log in self.logs]
-        onboard = any(sensor.delay == "delay.onboard" for log in self.logs for sensor in log.sensors)
-        posed = any(sensor.delay == "delay.pose" for log in self.logs for sensor in log.sensors)
-        self.parameters = [parameter for parameter in
-                           parameters_of(self.scenario, thrust_std=thrust_std, water=water, onboard=onboard)
-                           if posed or parameter.name not in ("delay.pose", "delay.drift")]
-        for log, made in zip(self.logs, scenarios):
-            self._align(log, made, workers or 1)
-        self.problem = Problem(self.logs, scenarios, self.parameters, workers or len(os.sched_getaffinity(0)))
-
-    def _align(self, log: Log, scenario: Scenario, workers: int) -> None:
-        """Finds by how much the poses' clock is off where that is more than a fit would find: the offset from which the
-        vehicle as it is known before predicts best, each window from its measured beginning."""
-        problem = Problem([log], [scenario], [], workers)
-        costs = {}
-        for offset in np.round(np.arange(-FARTHEST_S, FARTHEST_S + 1e-9, 0.1), 1):
-            log.set_offset(float(offset))
-            parts = [Part(log, window, log.state_at(window.begin_s)) for window in log.windows(WINDOW_S, BEFORE_S)]
-            if parts:
-                simulated = problem.fly(parts, np.zeros(0), [(0, i, part.state) for i, part in enumerate(parts)], [np.zeros(0)],
-                                        coarse=True)
-                off = [np.linalg.norm(errors(sensor.kind, states[sensor.kind], sensor.values[part.window.rows[sensor.kind]]),
-                                      axis=1).mean() / sensor.std
-                       for part, states in zip(parts, simulated) for sensor in log.sensors]
-                costs[float(offset)] = float(np.mean(off))
-        best = min(costs, key=lambda offset: costs[offset], default=0.0)
-        log.set_offset(best if abs(best) > BEFORE_S / 2 and costs[best] < 0.8 * costs.get(0.0, np.inf) else 0.0)
-
-    def _series(self, log: Log) -> str:
-        if not log.water:
-            return ""
-        there = np.isfinite(log.table[WATER[0]])
-        name = os.path.join(self.folder.name, f"water_{id(log)}.csv")
-        np.savetxt(name, np.column_stack([log.table["time_s"][there] - log.clock_begin_s] +
-                                         [log.table[column][there] for column in WATER]),
-                   delimiter=",", header="time_s," + ",".join(WATER), comments="", fmt="%.17g")
-        return name
-
-    def parts(self, held_out: float) -> list[Part]:
-        """Windows of all but the last share of each log."""
-        made = []
-        for log in self.logs:
-            windows = log.windows(WINDOW_S, BEFORE_S)
-            made += [Part(log, window, log.state_at(window.begin_s)) for window in windows[:_fitted(windows, held_out)]]
-        if not made:
-            raise _core.ConfigError(f"{', '.join(self.names)}: no stretch of {WINDOW_S:g} s without a gap in commands or motion")
-        return made
-
-    def source(self) -> str:
-        return "turbidock-identify, " + ", ".join(self.names)
-
-
-def _fitted(windows: Sequence[Window], held_out: float) -> int:
-    """How many of a log's windows are fitted; the others are for at least one prediction."""
-    if held_out <= 0:
-        return len(windows)
-    return max(1, len(windows) - max(2, round(held_out * len(windows))))
-
-
 def inform(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, water: str = "still",
            thrust_std: float = 0, workers: int | None = None) -> Information:
     """What the logs can tell of the scenario's vehicle, before any fit: by the Fisher information at what is known of it."""
-    task = _Task(logs, scenario, water, thrust_std, workers)
+    task = Task(logs, scenario, water, thrust_std, workers)
     parts = task.parts(0)
     z = np.zeros(len(task.parameters))
     _, reduced, _ = solve(task.problem, parts, z, with_z=False, most=6)
@@ -312,7 +234,7 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
     """The parameters of the scenario's vehicle that explain the logs, from what the scenario says of it as a start and as a
     prior. `water`: it is "still", or "steady" as a current that is found too; where the logs measured it, it is theirs.
     `held_out`: the share of each log, its end, that is predicted and not fitted."""
-    task = _Task(logs, scenario, water, thrust_std, workers)
+    task = Task(logs, scenario, water, thrust_std, workers)
     problem, parts = task.problem, task.parts(held_out)
     z = np.zeros(len(task.parameters))
     problem.coarse = True
@@ -324,13 +246,65 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
     problem.coarse = False
     problem.std = noise(problem, linear, parts)
     z, reduced, linear = solve(problem, parts, z, most=4)
-    rows = correlation_time(linear)
+    while True:  # what is not told stands at its value before, and the rest is fitted to that
+        rows = correlation_time(linear)
+        known = _information(task, parts, z, (reduced, linear), rows)
+        moved = ~np.array(known.told()) & (z != 0)
+        problem.held |= moved
+        if not moved.any():
+            break
+        z, reduced, linear = solve(problem, parts, np.where(problem.held, 0, z), most=2)
+        z = np.where(problem.held, 0, z)
     weights = np.concatenate([weight for one in linear for weight in one.weight.values()])
-    return Fit(task.scenario, task.parameters, z, _information(task, parts, z, (reduced, linear), rows), problem.std, rows,
+    return Fit(task.scenario, task.parameters, z, known, problem.std, rows,
                float((weights == 0).mean()), _validate(task, z, held_out), task.source(),
                {kind: np.concatenate([one.raw[kind] for one in linear if kind in one.raw]) for kind in problem.std},
                {kind: _compared(kind, parts, linear) for kind in problem.std},
-               [max((sensor.offset_s for sensor in log.sensors), key=abs) for log in task.logs])
+               [max((sensor.offset_s for sensor in log.sensors), key=abs) for log in task.logs], _doubt(task, parts, z, rows))
+
+
+def _doubt(task: Task, parts: list[Part], z: Numbers, rows: float) -> str:
+    """Why a fit is not to be believed: what it leaves is more than the log's own noise, and hangs together; and what of the usual
+    lacks would explain most of it."""
+    ratio = {kind: std / np.median([s.std for log in task.logs for s in log.sensors if s.kind == kind])
+             for kind, std in task.problem.std.items()}
+    worst = max(ratio, key=lambda kind: ratio[kind])
+    if ratio[worst] < MOST_LEFT and rows < MOST_ROWS:
+        return ""
+    return (f"what is left of {worst} is {ratio[worst]:.1f} times the log's own noise and hangs together over {rows:.1f} rows: the "
+            f"model lacks something{_offer(task, parts, z)}")
+
+
+def _offer(task: Task, parts: list[Part], z: Numbers) -> str:
+    """Which of a steady current and a lever arm explains more of what is left, by the score test: the gain of the likelihood
+    that a linear step promises, all else refitted."""
+    more = [Parameter(f"water.{axis}", "m/s", 0, 0.1, False) for axis in "xy" if f"water.{axis}" not in task.problem.index]
+    problem = Problem(task.logs, task.problem.scenarios, task.parameters + more, task.problem.workers)
+    problem.std, problem.reject, problem.coarse = task.problem.std, True, True
+    z = np.concatenate([z, np.zeros(len(more))])
+    linear = problem.linear(parts, z, problem.slopes(parts, z))
+    simulated = problem.fly(parts, z, [(0, i, part.state) for i, part in enumerate(parts)], [z], coarse=True)
+    for part, one, states in zip(parts, linear, simulated):
+        lever = []
+        for sensor in part.log.sensors:
+            scale = np.repeat(np.sqrt(one.weight[sensor.kind]) / problem.std[sensor.kind], one.raw[sensor.kind].shape[1])
+            q = states[sensor.kind][:, 3:7]
+            axes = np.stack([rotated(q, np.broadcast_to(axis, (len(q), 3))) for axis in np.eye(3)], axis=-1).reshape(-1, 3)
+            lever.append(0.1 * axes * scale[:, None] if sensor.kind == "position" else np.zeros((len(scale), 3)))
+        one.by_z = np.hstack([one.by_z, np.concatenate(lever)])
+    reduced = reduce(linear, parts, [part.state for part in parts])
+    normal, force, known = reduced.information + np.eye(len(z) + 3), reduced.gradient, len(task.parameters)
+    gains = {}
+    for words, at in (("a steady current (--water steady)", range(known, len(z))),
+                      ("a lever arm: poses of another point than B", range(len(z), len(z) + 3))):
+        g, rest = list(at), list(range(known))
+        if g:
+            cross = np.linalg.solve(normal[np.ix_(rest, rest)], np.column_stack([normal[np.ix_(rest, g)], force[rest]]))
+            left = force[g] - normal[np.ix_(g, rest)] @ cross[:, -1]
+            gains[words] = float(left @ np.linalg.solve(normal[np.ix_(g, g)] - normal[np.ix_(g, rest)] @ cross[:, :-1], left))
+    best = max(gains, key=lambda words: gains[words])
+    share = gains[best] / sum(one.cost for one in linear)
+    return f"; {100 * min(share, 1):.0f} % of it would go with {best}" if share > 0.15 else ""
 
 
 def _compared(kind: str, parts: Sequence[Part], linear: Sequence[Linear]) -> tuple[Numbers, Numbers]:
@@ -346,17 +320,18 @@ def _compared(kind: str, parts: Sequence[Part], linear: Sequence[Linear]) -> tup
     return np.concatenate(measured), np.concatenate(predicted)
 
 
-def _information(task: _Task, parts: Sequence[Part], z: Numbers, found: tuple[Reduced, list[Linear]], rows: float
+def _information(task: Task, parts: Sequence[Part], z: Numbers, found: tuple[Reduced, list[Linear]], rows: float
                  ) -> Information:
     reduced, linear = found
     covariance = np.linalg.inv(reduced.information / rows + np.eye(len(task.parameters)))
     std = np.sqrt(np.diag(covariance))
     duration = sum(part.window.last_s - part.window.first_s for part in parts)
     return Information(task.parameters, std, covariance / np.outer(std, std),
-                       share_of_noise(task.problem, parts, z, reduced, linear), len(parts), duration)
+                       share_of_noise(task.problem, parts, z, reduced, linear), len(parts), duration, task.problem.held,
+                       [note for log in task.logs for note in log.notes])
 
 
-def _validate(task: _Task, z: Numbers, held_out: float) -> dict[str, Any]:
+def _validate(task: Task, z: Numbers, held_out: float) -> dict[str, Any]:
     """How far predictions are off in what was held out."""
     if held_out <= 0:
         return {}
@@ -367,14 +342,14 @@ def _validate(task: _Task, z: Numbers, held_out: float) -> dict[str, Any]:
             "errors_m": after.tolist()}
 
 
-def _misses(task: _Task, z: Numbers, held_out: float) -> Numbers:
+def _misses(task: Task, z: Numbers, held_out: float) -> Numbers:
     leads, targets = [], []
     for log in task.logs:
         position = log.sensor("position")
         windows = log.windows(WINDOW_S, BEFORE_S)
         if position is None or len(windows) < 2:
             continue
-        first = windows[_fitted(windows, held_out)].first_s
+        first = windows[fitted(windows, held_out)].first_s
         for begin, end in log.stretches():
             at = max(begin + BEFORE_S, first)
             while at + LEAD_S + AHEAD_S < end:
@@ -387,7 +362,7 @@ def _misses(task: _Task, z: Numbers, held_out: float) -> Numbers:
                 at += 1.0
     if not leads:
         return np.zeros(0)
-    _, _, _ = solve(task.problem, leads, z, with_z=False, most=6)
+    solve(task.problem, leads, z, with_z=False, most=6)
     aims = [Part(lead.log, target, lead.state) for lead, target in zip(leads, targets)]
     simulated = task.problem.fly(aims, z, [(0, i, aim.state) for i, aim in enumerate(aims)], [z], coarse=False)
     misses = []
@@ -458,7 +433,7 @@ def _do(given: argparse.Namespace) -> int:
         found.save(given.out)
     if given.plot:
         found.plot().savefig(given.plot)
-    return 0
+    return 1 if found.doubt else 0
 
 
 if __name__ == "__main__":

@@ -1,0 +1,127 @@
+"""Logs made ready for a fit: clocks aligned, thrusters' wiring checked, windows cut."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from typing import Mapping, Sequence, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..scenario import Path, Scenario, scenario_of
+from ._log import Log, Window, errors
+from ._output_error import Part, Problem
+from ._parameters import parameters_of, still
+from .motion import WATER, read_motion
+
+MotionLike = Union[Path, Mapping[str, npt.ArrayLike]]
+
+WINDOW_S = 5.0
+SHORT_S, MUCH_BETTER = 2.0, 0.6  # windows that tell how thrusters are wired, and by how much
+BEFORE_S = 0.3  # of a window's state before its first measurement: the clocks may be off by as much
+FARTHEST_S = 2.0  # by which the poses' clock may be off
+
+
+class Task:
+    """Logs made ready."""
+
+    def __init__(self, logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, water: str, thrust_std: float,
+                 workers: int | None) -> None:
+        given = [logs] if isinstance(logs, (str, os.PathLike, Mapping)) else list(logs)
+        if not given:
+            raise ValueError("no log")
+        if water not in ("still", "steady"):
+            raise ValueError(f"water must be still or steady, not {water!r}")
+        if workers is not None and workers < 1 or thrust_std < 0:
+            raise _core.ConfigError("workers must be at least 1, thrust_std at least 0")
+        self.scenario = scenario_of(scenario)
+        self.names = [os.path.basename(os.fspath(log)) if isinstance(log, (str, os.PathLike)) else f"log {i + 1}"
+                      for i, log in enumerate(given)]
+        self.logs = [Log(read_motion(log) if isinstance(log, (str, os.PathLike)) else log, self.scenario, name)
+                     for log, name in zip(given, self.names)]
+        self.folder = tempfile.TemporaryDirectory(prefix="turbidock_")
+        scenarios = [still(self.scenario, self._series(log)) for log in self.logs]
+        onboard = any(sensor.delay == "delay.onboard" for log in self.logs for sensor in log.sensors)
+        posed = any(sensor.delay == "delay.pose" for log in self.logs for sensor in log.sensors)
+        self.parameters = [parameter for parameter in
+                           parameters_of(self.scenario, thrust_std=thrust_std, water=water, onboard=onboard)
+                           if posed or parameter.name not in ("delay.pose", "delay.drift")]
+        for log, made in zip(self.logs, scenarios):
+            self._align(log, made, workers or 1)
+            self._check_wiring(log, made, workers or 1)
+        self.problem = Problem(self.logs, scenarios, self.parameters, workers or len(os.sched_getaffinity(0)))
+
+    def _align(self, log: Log, scenario: Scenario, workers: int) -> None:
+        """Finds by how much the poses' clock is off where that is more than a fit would find: the offset from which the
+        vehicle as it is known before predicts best, each window from its measured beginning."""
+        problem = Problem([log], [scenario], [], workers)
+        costs = {}
+        for offset in np.round(np.arange(-FARTHEST_S, FARTHEST_S + 1e-9, 0.1), 1):
+            log.set_offset(float(offset))
+            cost = _cost_before(problem, log, WINDOW_S)
+            if np.isfinite(cost):
+                costs[float(offset)] = cost
+        best = min(costs, key=lambda offset: costs[offset], default=0.0)
+        log.set_offset(best if abs(best) > BEFORE_S / 2 and costs[best] < 0.8 * costs.get(0.0, np.inf) else 0.0)
+
+    def _check_wiring(self, log: Log, scenario: Scenario, workers: int) -> None:
+        """ConfigError where the vehicle as it is known before moves much more like the log with a thruster reversed, or with two
+        exchanged."""
+        problem = Problem([log], [scenario], [], workers)
+        given, names = log.commands, [name for name in log.commands if name != "time_s"]
+        plain, costs = _cost_before(problem, log, SHORT_S), {}
+        for i, one in enumerate(names):
+            tries = {f"{one[:-2]} looks reversed": {one: 5 - given[one]}}
+            tries |= {f"{one[:-2]} and {other[:-2]} look exchanged": {one: given[other], other: given[one]} for other in names[:i]}
+            for words, change in tries.items():
+                log.commands = given | change
+                costs[words] = _cost_before(problem, log, SHORT_S)
+        log.commands = given
+        best = min(costs, key=lambda words: costs[words])
+        if costs[best] < MUCH_BETTER * plain:
+            raise _core.ConfigError(f"{log.name}: thruster {best}: so the motion of {SHORT_S:g} s is predicted to "
+                                    f"{costs[best]:.1f} times the noise, as it stands to {plain:.1f} times")
+
+    def _series(self, log: Log) -> str:
+        if not log.water:
+            return ""
+        there = np.isfinite(log.table[WATER[0]])
+        name = os.path.join(self.folder.name, f"water_{id(log)}.csv")
+        np.savetxt(name, np.column_stack([log.table["time_s"][there] - log.clock_begin_s] +
+                                         [log.table[column][there] for column in WATER]),
+                   delimiter=",", header="time_s," + ",".join(WATER), comments="", fmt="%.17g")
+        return name
+
+    def parts(self, held_out: float) -> list[Part]:
+        """Windows of all but the last share of each log."""
+        made = []
+        for log in self.logs:
+            windows = log.windows(WINDOW_S, BEFORE_S)
+            made += [Part(log, window, log.state_at(window.begin_s)) for window in windows[:fitted(windows, held_out)]]
+        if not made:
+            raise _core.ConfigError(f"{', '.join(self.names)}: no stretch of {WINDOW_S:g} s without a gap in commands or motion")
+        return made
+
+    def source(self) -> str:
+        return "turbidock-identify, " + ", ".join(self.names)
+
+
+def _cost_before(problem: Problem, log: Log, window_s: float) -> float:
+    """By how many times its noise the log differs from what the vehicle as it is known before would do, from each window's
+    measured beginning."""
+    parts = [Part(log, window, log.state_at(window.begin_s)) for window in log.windows(window_s, BEFORE_S, 0.5 * window_s)]
+    if not parts:
+        return np.inf
+    simulated = problem.fly(parts, np.zeros(0), [(0, i, part.state) for i, part in enumerate(parts)], [np.zeros(0)], coarse=True)
+    return float(np.mean([np.linalg.norm(errors(sensor.kind, states[sensor.kind], sensor.values[part.window.rows[sensor.kind]]),
+                                         axis=1).mean() / sensor.std
+                          for part, states in zip(parts, simulated) for sensor in log.sensors]))
+
+
+def fitted(windows: Sequence[Window], held_out: float) -> int:
+    """How many of a log's windows are fitted; the others are for at least one prediction."""
+    if held_out <= 0:
+        return len(windows)
+    return max(1, len(windows) - max(2, round(held_out * len(windows))))
