@@ -313,7 +313,7 @@ void AddController(py::module_* module) {
            "A usable estimate, with its rate where the controller has a pose filter.")
       .def("demand", &ControllerAlone::Demand, py::arg("position"), py::arg("rate"),
            py::arg("acceleration"),
-           "Surge, sway, heave [N] and yaw [N m], or volts, for where the marker shall be.")
+           "Surge, sway, heave, N, and yaw, N m, or volts, for where the marker shall be.")
       .def("given", &ControllerAlone::Given, py::arg("frame"), py::arg("given"),
            "What the vehicle could give of it; zeros while another steers.");
 }

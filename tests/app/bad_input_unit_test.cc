@@ -121,9 +121,12 @@ TEST_F(BadInput, WhatIsNobodysOutputIsNotReplaced) {
 
 TEST_F(BadInput, ResultsAreReplacedByNothingElse) {
   const std::string db = Batch("x.db"), other = Batch("y.db");
-  const std::string kept = other + ": is a result file and is not replaced by another kind";
-  Refused({"report", db, "--out", other}, kept);
-  Refused({"calibrate", "--out", other}, kept);
+  Refused({"calibrate", "--out", other},
+          other + ": is a result file and is not replaced by another kind");
+  for (const std::string& kept : {other, File("plan.yaml", "seeds: 3\n")}) {
+    Refused({"report", db, "--out", kept}, kept + ": is no page of this program and is not");
+    Refused({"compare", db, db, "--out", kept}, kept + ": is no page of this program and is not");
+  }
   fs::create_symlink(other, File("x.png"));
   Refused({"report", db, "--figure", File("x.png")}, "x.png: is a result file and is not replaced");
 }

@@ -44,8 +44,8 @@ TEST(SuccessCharts, AreNarrowerByTheStrataWhereCellsAreWhole) {
   const report::Series& whole = charts.panels.at("water.milk_ml_m3|").series[0];
   ASSERT_EQ(whole.points.size(), 2u);
   const auto stratified =
-      statistics::StratifiedInterval(std::vector<statistics::Count>{{26, 26}, {0, 24}});
-  EXPECT_NEAR(whole.points[0].low, 100 * stratified.low, 1);
+      statistics::StratifiedInterval(std::vector<statistics::Count>{{25, 25}, {0, 25}});
+  EXPECT_NEAR(whole.points[0].low, 100 * stratified.low, 1e-9);
   const auto plain = statistics::WilsonInterval(25, 50);
   EXPECT_LT(whole.points[0].high - whole.points[0].low, 80 * 2 * plain.half_width());
   // cells that a drawn start tells apart are not whole
