@@ -127,15 +127,12 @@ using Strata = std::vector<size_t>;
 // A bar for each group along the axis that has trials of this line.
 report::Series LineOf(const std::vector<StoredTrial>& trials, const TrialAxis& over,
                       const Groups* by, int line, const Strata& strata) {
-  const size_t most = strata.empty() ? 1 : *std::ranges::max_element(strata) + 1;
-  std::vector<std::vector<statistics::Count>> counts(over.across.names.size(),
-                                                     std::vector<statistics::Count>(most));
+  std::vector<std::vector<statistics::RatedTrial>> groups(over.across.names.size());
   for (size_t i = 0; i < trials.size(); ++i) {
-    if (over.across.of[i] < 0 || (by && by->of[i] != line)) continue;
-    statistics::Count& count =
-        counts[static_cast<size_t>(over.across.of[i])][strata.empty() ? 0 : strata[i]];
-    ++count.trials;
-    count.successes += trials[i].record.success();
+    const trial::TrialRecord& record = trials[i].record;
+    if (!record.judged() || over.across.of[i] < 0 || (by && by->of[i] != line)) continue;
+    groups[static_cast<size_t>(over.across.of[i])].push_back(
+        {record.success(), strata.empty() ? 0 : strata[i], record.seed});
   }
   const auto lines = static_cast<double>(by ? by->names.size() : 1);
   // side by side, or bars would hide each other
@@ -146,17 +143,13 @@ report::Series LineOf(const std::vector<StoredTrial>& trials, const TrialAxis& o
                         .color = report::CurveColor(number),
                         .mark = over.is_number ? report::Mark::kLineWithBars : report::Mark::kBars,
                         .dot_px = 7};
-  for (size_t k = 0; k < counts.size(); ++k) {
-    statistics::Count all;
-    for (const statistics::Count& count : counts[k]) {
-      all.trials += count.trials;
-      all.successes += count.successes;
-    }
-    if (all.trials == 0) continue;
+  for (size_t k = 0; k < groups.size(); ++k) {
+    if (groups[k].empty()) continue;
+    const auto successes = std::ranges::count(groups[k], true, &statistics::RatedTrial::success);
     series.points.push_back(
         report::SampleWithin(over.across.at[k] + step * (line - (lines - 1) / 2),
-                             static_cast<double>(all.successes) / static_cast<double>(all.trials),
-                             statistics::StratifiedInterval(counts[k]), 100));
+                             static_cast<double>(successes) / static_cast<double>(groups[k].size()),
+                             statistics::SuccessInterval(groups[k]), 100));
     series.links.push_back(fmt::format("{},{}", k, line));
   }
   return series;

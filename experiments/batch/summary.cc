@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <sstream>
 #include <utility>
 
 #include "sim/base/units.h"
@@ -56,7 +57,8 @@ GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
                        const std::vector<const StoredTrial*>& members) {
   GroupSummary summary;
   summary.group = std::move(group);
-  std::map<std::string, statistics::Count> strata;
+  std::map<std::string, size_t> strata;  // their numbers, by name
+  std::vector<statistics::RatedTrial> rated;
   std::vector<double> times_s, errors_y_m, errors_z_m, estimate_errors_m, falsely_s;
   for (const StoredTrial* trial : members) {
     const trial::TrialRecord& r = trial->record;
@@ -67,9 +69,9 @@ GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
     ++summary.trials;
     const auto stratum = Find(*trial, kStratumKey);
     const bool counts = whole_cells && stratum != trial->parameters.end();
-    statistics::Count& count = strata[counts ? stratum->value : ""];
-    ++count.trials;
-    count.successes += r.success();
+    const size_t number =
+        strata.try_emplace(counts ? stratum->value : "", strata.size()).first->second;
+    rated.push_back({r.success(), number, r.seed});
     if (r.ended()) falsely_s.push_back(r.false_confidence_s);
     if (r.success()) {
       times_s.push_back(r.time_s);
@@ -81,10 +83,7 @@ GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
     errors_y_m.push_back(std::abs(r.final_error_true.y_m));
     errors_z_m.push_back(std::abs(r.final_error_true.z_m));
   }
-  std::vector<statistics::Count> counts;
-  counts.reserve(strata.size());
-  for (const auto& [name, count] : strata) counts.push_back(count);
-  summary.wilson = statistics::StratifiedInterval(counts);
+  summary.wilson = statistics::SuccessInterval(rated);
   summary.successes = std::ssize(times_s);
   summary.time_to_dock_s = SpreadOf(times_s);
   summary.error_true_y_m = SpreadOf(errors_y_m);
@@ -202,6 +201,13 @@ report::Quantity NameOfKey(const std::string& key) {
 }
 
 std::string ValueText(const std::string& key, const std::string& value) {
+  if (value.starts_with('[') && value.ends_with(']')) {
+    std::vector<std::string> elements;
+    std::istringstream list(value.substr(1, value.size() - 2));
+    for (std::string element; std::getline(list >> std::ws, element, ',');)
+      elements.push_back(ValueText(key, element));
+    return fmt::format("[{}]", fmt::join(elements, ", "));
+  }
   const auto number = report::NumberIn(value);
   return number && (*number != std::round(*number) || NameOfKey(key).factor != 1)
              ? report::Digits(NameOfKey(key).factor * *number)
@@ -209,10 +215,11 @@ std::string ValueText(const std::string& key, const std::string& value) {
 }
 
 std::string IntervalText(const std::vector<GroupSummary>& groups) {
-  const bool has_strata = std::ranges::any_of(groups, [](const GroupSummary& g) {
+  const bool is_plain = std::ranges::none_of(groups, [](const GroupSummary& g) {
     return g.wilson.AsList() != statistics::WilsonInterval(g.successes, g.trials).AsList();
   });
-  return std::string("95 %, Wilson's") + (has_strata ? " over the plan's strata" : "");
+  return std::string("95 %, Wilson's") +
+         (is_plain ? "" : ", by the plan's strata and with the trials of one seed as alike");
 }
 
 report::Section GroupSection(const std::vector<std::string>& keys,

@@ -31,7 +31,7 @@ struct GroupSummary {
   int64_t trials = 0, successes = 0;
   // 95 %, of the success rate, narrower by what the plan's strata tell where the groups are of
   // whole cells: among trials that were chosen by what they drew, what differs between strata is
-  // chance, too.
+  // chance, too. Trials of one seed in several cells are alike.
   statistics::Interval wilson;
   Spread time_to_dock_s;                     // of the successes
   Spread error_true_y_m, error_true_z_m;     // absolute, when docked on the estimate

@@ -5,6 +5,8 @@
 #include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
+#include <map>
+#include <numeric>
 
 #include "sim/base/check.h"
 
@@ -62,6 +64,47 @@ Interval StratifiedInterval(std::span<const Count> strata, double confidence) {
   const auto trials = static_cast<double>(all.trials);
   const double rate = static_cast<double>(all.successes) / trials;
   return RateInterval(rate, trials / DesignEffect(strata), confidence);
+}
+
+double DesignEffect(const std::vector<double>& values, const std::vector<int64_t>& units) {
+  if (units.empty() || values.empty()) return 1;
+  TD_CHECK(values.size() == units.size(), "every value has a unit");
+  const auto n = static_cast<double>(values.size());
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
+  std::map<int64_t, double> off;  // of the mean, by unit
+  double squares = 0;
+  for (size_t i = 0; i < values.size(); ++i) {
+    off[units[i]] += values[i] - mean;
+    squares += (values[i] - mean) * (values[i] - mean);
+  }
+  if (off.size() == values.size()) return 1;
+  const auto count = static_cast<double>(off.size());
+  if (squares == 0 || off.size() == 1) return n / count;
+  double clustered = 0;
+  for (const auto& [unit, sum] : off) clustered += sum * sum;
+  return std::max(1.0, count / (count - 1) * clustered / (n / (n - 1) * squares));
+}
+
+Interval SuccessInterval(std::span<const RatedTrial> trials, double confidence) {
+  std::map<size_t, Count> by_stratum;
+  for (const auto& [success, stratum, seed] : trials) {
+    by_stratum[stratum].successes += success;
+    ++by_stratum[stratum].trials;
+  }
+  std::vector<Count> strata;
+  for (const auto& [stratum, count] : by_stratum) strata.push_back(count);
+  if (trials.empty()) return StratifiedInterval(strata, confidence);
+  std::vector<double> off;  // of their stratum's rate
+  std::vector<int64_t> seeds;
+  for (const auto& [success, stratum, seed] : trials) {
+    const auto& [successes, all] = by_stratum[stratum];
+    off.push_back((success ? 1 : 0) - static_cast<double>(successes) / static_cast<double>(all));
+    seeds.push_back(seed);
+  }
+  const Count all = Sum(strata);
+  const auto n = static_cast<double>(all.trials);
+  return RateInterval(static_cast<double>(all.successes) / n,
+                      n / (DesignEffect(strata) * DesignEffect(off, seeds)), confidence);
 }
 
 int64_t TrialsForHalfWidth(double half_width, double confidence) {

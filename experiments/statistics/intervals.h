@@ -44,6 +44,20 @@ double DesignEffect(std::span<const Count> strata);
 // stratum it is WilsonInterval.
 Interval StratifiedInterval(std::span<const Count> strata, double confidence = 0.95);
 
+// By how much more the mean of these numbers varies than that of as many which are independent (Rao
+// and Scott, Biometrics 48 (1992) 577): 1 at least; the numbers a unit where none differs.
+// `units`: to which unit each belongs; empty: each is one.
+double DesignEffect(const std::vector<double>& values, const std::vector<int64_t>& units);
+
+// A trial that counts towards a success rate.
+struct RatedTrial {
+  bool success = false;
+  size_t stratum = 0;
+  int64_t seed = 0;
+};
+// StratifiedInterval of trials of which those of one seed, in several cells, are alike.
+Interval SuccessInterval(std::span<const RatedTrial> trials, double confidence = 0.95);
+
 // The quantile of a share in [0, 1] by linear interpolation between order statistics (Hyndman and
 // Fan's type 7, as in R and NumPy). Nothing without values.
 std::optional<double> Quantile(std::vector<double> values, double share);
@@ -53,7 +67,7 @@ inline std::optional<double> Median(std::vector<double> values) {
 
 // The interval of the median behind the values, at that confidence at least, from order statistics.
 // Nothing where there are too few (95 %: fewer than 6). `design_effect`: of values that do not vary
-// each for itself (paired_tests.h).
+// each for itself.
 std::optional<Interval> MedianInterval(std::vector<double> values, double confidence = 0.95,
                                        double design_effect = 1);
 

@@ -37,8 +37,8 @@ struct PairedResult {
   std::optional<double> difference{};     // b less a; of a median the median of the pairs'
   std::optional<Interval> interval_95{};  // of the difference, as if pairs had not been looked at
   double p_value = 1;                     // two-sided, exact; likewise
-  double design_effect = 1;  // of the pairs' differences (paired_tests.h): 1 where seeds differ
-  std::optional<double> margin{};  // these three where there is a design
+  double design_effect = 1;               // of the pairs' differences: 1 where seeds differ
+  std::optional<double> margin{};         // these three where there is a design
   std::optional<Verdict> verdict{};
   std::optional<int64_t> decided_after{};
 

@@ -6,7 +6,6 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <set>
 
@@ -43,25 +42,6 @@ double McNemarPower(int64_t pairs, double only_a, double only_b, double level) {
 
 }  // namespace
 
-double DesignEffect(const std::vector<double>& values, const std::vector<int64_t>& units) {
-  if (units.empty() || values.empty()) return 1;
-  TD_CHECK(values.size() == units.size(), "every value has a unit");
-  const auto n = static_cast<double>(values.size());
-  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
-  std::map<int64_t, double> off;  // of the mean, by unit
-  double squares = 0;
-  for (size_t i = 0; i < values.size(); ++i) {
-    off[units[i]] += values[i] - mean;
-    squares += (values[i] - mean) * (values[i] - mean);
-  }
-  if (off.size() == values.size()) return 1;
-  const auto count = static_cast<double>(off.size());
-  if (squares == 0 || off.size() == 1) return n / count;
-  double clustered = 0;
-  for (const auto& [unit, sum] : off) clustered += sum * sum;
-  return std::max(1.0, count / (count - 1) * clustered / (n / (n - 1) * squares));
-}
-
 PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<double>& b,
                               const std::vector<int64_t>& units) {
   TD_CHECK(a.size() == b.size(), "pairs have two sides");
@@ -77,6 +57,7 @@ PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<do
   TD_CHECK(std::isfinite(result.mean), "differences are numbers");
   const auto independent =
       units.empty() ? a.size() : std::set<int64_t>(units.begin(), units.end()).size();
+  result.seeds = static_cast<int64_t>(independent);
   if (independent < 2) return result;
   double squares = 0;
   for (const double d : differences) squares += (d - result.mean) * (d - result.mean);

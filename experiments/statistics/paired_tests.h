@@ -12,20 +12,16 @@
 
 namespace turbidock::statistics {
 
-// By how much more the mean of these numbers varies than that of as many which are independent (Rao
-// and Scott, Biometrics 48 (1992) 577): 1 at least; the numbers a unit where none differs.
-// `units`: to which unit each belongs; empty: each is one.
-double DesignEffect(const std::vector<double>& values, const std::vector<int64_t>& units);
-
 // Differences b - a of a number over pairs; all of them are finite.
 struct PairedComparison {
-  int64_t pairs = 0;
+  int64_t pairs = 0, seeds = 0;
   double mean = 0;        // of the differences
   Interval confidence{};  // 95 % of it, by Student's t over the units
   double t_p = 1;         // two-sided p of Student's paired t test
 
   static void Fields(auto& self, auto&& field) {
     field("pairs", self.pairs);
+    field("seeds", self.seeds);
     field("mean", self.mean);
     field("confidence_95", self.confidence);
     field("t_p", self.t_p);

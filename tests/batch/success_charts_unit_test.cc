@@ -22,6 +22,7 @@ std::vector<StoredTrial> Trials() {
     trial.parameters = {{"water.milk_ml_m3", i % 2 == 0 ? "0" : "20"},
                         {"stratum", near ? "near" : "far"},
                         {"start.heading_rad", std::to_string(0.01 * i)}};
+    trial.record.seed = i;
     trial.record.failure = near ? trial::Failure::kNone : trial::Failure::kTimeout;
     trials.push_back(trial);
   }

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ StoredTrial Trial(const std::string& milk, const std::string& marker, double off
   trial.parameters = {{"water.milk_ml_m3", milk}, {"scenario", marker}};
   trial::TrialRecord& r = trial.record;
   const bool docked = off_m >= 0;
+  r.seed = std::lround(1e4 * off_m);  // one for each that docks
   r.outcome = docked ? trial::Outcome::kSuccess : trial::Outcome::kTimeout;
   r.failure = docked ? trial::Failure::kNone : trial::Failure::kTimeout;
   r.docked = r.inserted = docked;
@@ -42,6 +44,7 @@ std::vector<StoredTrial> InStrata() {
   std::vector<StoredTrial> trials;
   for (int i = 0; i < 38; ++i) {
     StoredTrial trial = Trial("0", "active", i % 2 == 0 ? 0.001 : -1);
+    trial.record.seed = i;
     trial.parameters.push_back({"stratum", i % 2 == 0 ? "near" : "far"});
     trial.parameters.push_back({"start.heading_rad", i < 19 ? "0" : "0.1"});  // drawn
     trials.push_back(trial);

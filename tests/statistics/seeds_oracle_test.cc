@@ -77,6 +77,25 @@ TEST(PairedMeasure, CopiesOfPairsSayNothingNew) {
   }
 }
 
+TEST(SuccessInterval, IsOfTheSeedsWhereCellsDoNotDiffer) {
+  std::vector<RatedTrial> once, often;
+  for (int seed = 0; seed < 20; ++seed)
+    for (int copy = 0; copy < 6; ++copy) {
+      const RatedTrial trial{.success = seed % 4 != 0, .stratum = 0, .seed = seed};
+      if (copy == 0) once.push_back(trial);
+      often.push_back(trial);
+    }
+  const Interval plain = WilsonInterval(15, 20);
+  EXPECT_EQ(SuccessInterval(once).AsList(), plain.AsList());
+  // 20 / 19 is what the mean of twenty varies more than that of six times as many would let expect
+  EXPECT_NEAR(SuccessInterval(often).low, plain.low, 0.01);
+  EXPECT_NEAR(SuccessInterval(often).high, plain.high, 0.01);
+  for (RatedTrial& trial : often) trial.success = true;
+  EXPECT_NEAR(SuccessInterval(often).low, WilsonInterval(20, 20).low, 1e-12);
+  for (size_t i = 0; i < often.size(); ++i) often[i].seed = static_cast<int64_t>(i);
+  EXPECT_EQ(SuccessInterval(often).AsList(), WilsonInterval(120, 120).AsList());
+}
+
 TEST(ComparePairs, CopiesOfPairsSayNothingNew) {
   const std::vector<double> a = {3, 1, 4, 1, 5, 9}, b = {2, 7, 1, 8, 2, 8};
   std::vector<double> more_a, more_b;

@@ -43,8 +43,9 @@ report::Verdict VerdictOf(const Study& study, const TuningResult& result) {
                 : "The search is done; what it found is being compared on held-out seeds."};
   const statistics::PairedComparison& cost = result.held_out->cost_difference;
   const std::string reason = fmt::format(
-      "On {} held-out seeds the cost of a trial changes by {} from the start, p = {} (t).",
-      cost.pairs, Difference(cost), report::PValue(cost.t_p));
+      "On {} held-out seeds the cost of a trial changes by {} from the start, p = {} (t).{}",
+      cost.seeds, Difference(cost), report::PValue(cost.t_p),
+      cost.mean >= 0 ? " The start is no worse: there is no reason to take the tuned gains." : "");
   const report::Tone tone = ToneOf(cost);
   if (tone == report::Tone::kGood) return {"better on held-out seeds", tone, reason};
   if (tone == report::Tone::kBad) return {"worse on held-out seeds", tone, reason};
