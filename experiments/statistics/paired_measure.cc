@@ -70,17 +70,19 @@ PairedResult PairedMeasure::Result() const {
       above.push_back(difference > *result.difference ? 1 : 0);
     result.design_effect = DesignEffect(above, units_);
     result.interval_95 = MedianInterval(differences_, 0.95, result.design_effect);
-    return result;
+  } else {
+    const double effect = result.design_effect = DesignEffect(differences_, units_);
+    const auto [lost, gained] =
+        worse_sign_ < 0 ? std::pair(worse_, better_) : std::pair(better_, worse_);
+    result.a = Mean(a_);
+    result.b = Mean(b_);
+    result.difference = static_cast<double>(gained - lost) / static_cast<double>(a_.size());
+    result.interval_95 = RateDifferenceInterval(lost / effect, gained / effect,
+                                                static_cast<double>(a_.size()) / effect);
   }
-  result.design_effect = DesignEffect(differences_, units_);
-  const auto [lost, gained] =
-      worse_sign_ < 0 ? std::pair(worse_, better_) : std::pair(better_, worse_);
-  result.a = Mean(a_);
-  result.b = Mean(b_);
-  result.difference = static_cast<double>(gained - lost) / static_cast<double>(a_.size());
-  const double effect = result.design_effect;
-  result.interval_95 = RateDifferenceInterval(lost / effect, gained / effect,
-                                              static_cast<double>(a_.size()) / effect);
+  // The test is exact: the interval excludes no change only where it does.
+  if (auto& interval = result.interval_95; interval && result.p_value > 0.05)
+    interval = Interval{std::min(interval->low, 0.0), std::max(interval->high, 0.0)};
   return result;
 }
 

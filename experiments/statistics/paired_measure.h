@@ -35,7 +35,8 @@ struct PairedResult {
   int64_t seeds = 0;                      // of the pairs
   std::optional<double> a{}, b{};         // rate or median
   std::optional<double> difference{};     // b less a; of a median the median of the pairs'
-  std::optional<Interval> interval_95{};  // of the difference, as if pairs had not been looked at
+  std::optional<Interval> interval_95{};  // of the difference, as if pairs had not been looked at;
+                                          // 0 is in it unless the test excludes it
   double p_value = 1;                     // two-sided, exact; likewise
   double design_effect = 1;               // of the pairs' differences: 1 where seeds differ
   std::optional<double> margin{};         // these three where there is a design

@@ -77,6 +77,19 @@ TEST(PairedMeasure, CopiesOfPairsSayNothingNew) {
   }
 }
 
+// Four seeds cannot tell at 5 %, however many cells they lose.
+TEST(PairedMeasure, IntervalAndTestSayTheSame) {
+  for (const int seeds : {4, 6}) {
+    PairedMeasure measure(MeasureKind::kRate, -1);
+    for (int seed = 0; seed < seeds; ++seed)
+      for (int cell = 0; cell < 6; ++cell) measure.Add(1, cell < 2, cell, seed);
+    const PairedResult result = measure.Result();
+    EXPECT_EQ(result.p_value, std::pow(2.0, 1 - seeds));
+    EXPECT_EQ(result.interval_95->high < 0, seeds == 6);
+    EXPECT_LT(result.interval_95->low, *result.difference);
+  }
+}
+
 TEST(SuccessInterval, IsOfTheSeedsWhereCellsDoNotDiffer) {
   std::vector<RatedTrial> once, often;
   for (int seed = 0; seed < 20; ++seed)
