@@ -97,7 +97,11 @@ class Played:
     def nothing(self, *_):
         pass
 
-    open = serve = serve_parameters = close = greet = nothing
+    def settle(self, *_):
+        return []
+
+    open = serve = serve_parameters = close = nothing
+    greet = settle
 
 
 @pytest.fixture
@@ -267,11 +271,11 @@ def test_a_controller_as_a_node_flies_the_trial_of_the_built_in_one(built_in, tm
     assert list((tmp_path / "out/nodes").iterdir())
 
 
-def test_lqg_as_a_node_flies_the_trial_of_the_built_in_one(nothing_is_left):
+def test_lqg_as_a_node_that_is_slow_flies_the_trial_of_the_built_in_one(nothing_is_left):
     trial = ["sea_night_active", "--seed", "7", "--set", "pose_source=true_pose", "--set", "duration_s=8"]
     led = ["--set", "ros_wrench.setpoint.enabled=true"]
     done = ros("run", *trial, *led, "--json", "--answer", "wrench", environment=nothing_is_left,
-               launch=f"exec {sys.executable} {HERE / 'ros_nodes/lqg.py'} sea_night_active")
+               launch=f"exec {sys.executable} {HERE / 'ros_nodes/lqg.py'} sea_night_active slow")
     said(done, 0)
     ours = turbidock.run("sea_night_active", seed=7,
                          settings={"pose_source": "true_pose", "duration_s": 8, "lqg.setpoint.enabled": True})

@@ -1,6 +1,8 @@
-"""The controller of a scenario as a node: lqg.py SCENARIO. The same code, fed by messages that have its numbers exactly."""
+"""The controller of a scenario as a node: lqg.py SCENARIO [slow]. The same code, fed by messages that have its numbers exactly.
+With `slow` it is busy with each frame before the first that asks for an answer."""
 
 import sys
+import time
 
 import rclpy
 import turbidock
@@ -20,6 +22,7 @@ class Lqg(Node):
         super().__init__("lqg")
         self.controller = turbidock.Scenario(sys.argv[1]).make_controller()
         self.seen = self.wanted = None
+        self.is_slow = "slow" in sys.argv
         self.wrench = self.create_publisher(WrenchStamped, "wrench", 10)
         # In this order: what is first is first heard of what has come, and `applied` is of the frame before.
         self.create_subscription(JointState, "applied", self.on_applied, 10)
@@ -32,10 +35,12 @@ class Lqg(Node):
     def on_seen(self, message):
         self.seen = frame_of(message)
         self.controller.observe(self.seen, message.position)
+        if self.is_slow:
+            time.sleep(0.1)
         self.answer()
 
     def on_wanted(self, message):
-        self.wanted = message
+        self.wanted, self.is_slow = message, False
         self.answer()
 
     def answer(self):

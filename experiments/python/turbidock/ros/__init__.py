@@ -16,7 +16,8 @@ It takes what `turbidock` takes, and `turbidock-ros --help`. Of a trial's folder
 
 One frame is one exchange. A camera frame's messages all have the stamp of its exposure and come when the scenario's camera
 delay has passed; a frame that the scenario drops does not come. Then the trial waits for an answer with that stamp: of the
-estimator for every frame, of the controller where there is `marker/desired`, which is while the procedure lets it steer. The
+estimator for every frame, of the controller where there is `marker/desired`, which is while the procedure lets it steer; in
+other frames until each node that hears it has answered its own service get_parameters, which it does when it spins. The
 order between topics is DDS's: answer once you have all that you need with one stamp. An answer to an earlier frame is passed
 over. A Twist without a stamp counts for the frame that is waited for, whatever frame it was made of: only one that is sent once
 a frame gives the same trial again.

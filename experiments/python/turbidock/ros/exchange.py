@@ -10,7 +10,7 @@ import socket
 import sys
 import time
 from dataclasses import dataclass, field
-from typing import Any, Iterable, Sequence
+from typing import Any, Callable, Iterable, Sequence
 
 from .. import _core
 from . import wire
@@ -20,7 +20,6 @@ from .topics import CLOCK, START_S, Topic
 DOMAINS = range(1, 102)  # those whose ports Linux gives to nobody else
 _STEP_S = 0.05  # of a wait
 _SETTLE_S = 0.3  # after which no more of the nodes' topics appear
-_GREET_S = 5.0  # for a node that is there, and busy
 _WALL_CLOCK_NS = 10**17  # stamps beyond it are of the wall clock
 
 
@@ -265,10 +264,22 @@ class Link:
             now = [self._wire.readers(topic) for topic in asks]
             if now != before:
                 settled, before = time.monotonic() + _SETTLE_S, now
-        self._wire.greet(_GREET_S)
+        self._require(self._wire.greet, self._stack.first_answer_s)
         if others := self._wire.intruders():
             topic, name = others[0]
             raise _core.PluginError(f"{name} also publishes {self._wire.names([topic])}, which the trial does")
+
+    def settle(self) -> None:
+        """After a frame that asks nothing: until the nodes have taken it. A node's queue has ten places, and frames that
+        nobody waited for would overwrite each other in it when the machine is busy."""
+        assert self._wire
+        self._require(self._wire.settle, self._stack.answer_s)
+
+    def _require(self, settle: Callable[[Callable[[], bool]], list[str]], longest: float) -> None:
+        end = time.monotonic() + longest
+        silent = settle(lambda: time.monotonic() < end and not _core.stop_signal())
+        if silent and not _core.stop_signal():
+            raise _core.NoAnswer(f"no answer on get_parameters in {longest:g} s from {', '.join(silent)}{self._output()}")
 
     def ask(self, answers: Sequence[Topic], stamp: int) -> tuple[Topic, Any] | None:
         """The answer to the frame of this stamp; None where a signal has stopped the trial. NoAnswer when none comes;

@@ -38,6 +38,7 @@ class _NodeController(Controller):
         self._link = exchange.link()
         self._link.enter("controller", self, CONTROLLER, ANSWERS[self._answer])
         self._sent = -1
+        self._begun = self._asked = False
 
     def __del__(self) -> None:
         if hasattr(self, "_link"):
@@ -45,6 +46,7 @@ class _NodeController(Controller):
 
     def observe(self, seen: _core.Observation) -> None:
         self._link.await_nodes((DESIRED, WANTED), ANSWERS[self._answer])
+        self._begun = True
         stamp = exchange.stamp_of(self, seen.frame)
         self._link.begin_frame(exchange.arrival_of(self, seen.frame))
         send = self._link.send
@@ -60,6 +62,7 @@ class _NodeController(Controller):
         stamp = exchange.stamp_of(self, seen.frame)
         self._link.send(WANTED, wire.moving(WANTED, stamp, PLACE, wanted.position, wanted.rate, wanted.acceleration))
         self._link.send(DESIRED, wire.pose(DESIRED, stamp, wanted.position.tolist()))
+        self._asked = True
         answer = self._link.ask(ANSWERS[self._answer], stamp)
         if answer is None:  # stopped
             return np.zeros(4)
@@ -80,9 +83,13 @@ class _NodeController(Controller):
         return axes
 
     def given(self, frame: int, given: np.ndarray) -> None:
-        if frame > self._sent:
-            self._sent = frame
-            self._link.send(APPLIED, wire.named(APPLIED, exchange.stamp_of(self, frame), AXES, effort=given))
+        if not self._begun or frame <= self._sent:  # before, some would hear it and others not
+            return
+        self._sent = frame
+        self._link.send(APPLIED, wire.named(APPLIED, exchange.stamp_of(self, frame), AXES, effort=given))
+        if not self._asked:
+            self._link.settle()
+        self._asked = False
 
 
 class WrenchController(_NodeController):

@@ -18,6 +18,7 @@ for _name in ("context", "executors", "node", "qos", "signals"):
     importlib.import_module(f"rclpy.{_name}")
 
 NODE = "turbidock"
+_AGAIN_S = 2.0
 _UNKNOWN = 1e6  # variance of what is not known
 
 
@@ -43,6 +44,7 @@ class Wire:
         self._executor.add_node(self._node)
         self._publishers: dict[Topic, Any] = {}
         self._subscriptions: dict[Topic, Any] = {}
+        self._hearers: dict[str, Any] = {}  # clients of nodes, by name
         self.heard: list[tuple[Topic, Any]] = []
 
     def close(self) -> None:
@@ -102,13 +104,31 @@ class Wire:
         finally:
             self._node.destroy_client(client)
 
-    def greet(self, longest_s: float) -> None:
-        """Until the other nodes have answered one of the services that every node has by default: DDS tells a node of us in
-        the order in which we make things, so it knows all topics that are open before."""
+    def greet(self, goes_on: Callable[[], bool]) -> list[str]:
+        """Finds the nodes that hear us and have parameter services, as they have by default, and settles with them. DDS tells
+        a node of us in the order in which we make things, so they know all topics that are open before. Names: as settle."""
         services = {name for name, _ in self._node.get_service_names_and_types()}
-        for node in self.others():
-            if f"{node}/get_parameters" in services:
-                self.call("rcl_interfaces", "GetParameters", f"{node}/get_parameters", longest_s)
+        hear = {_name_of(info) for publisher in self._publishers.values()
+                for info in self._node.get_subscriptions_info_by_topic(publisher.topic_name)}
+        kind = importlib.import_module("rcl_interfaces.srv").GetParameters
+        for name in sorted(hear):
+            if f"{name}/get_parameters" in services and name not in self._hearers:
+                self._hearers[name] = self._node.create_client(kind, f"{name}/get_parameters")
+        return self.settle(goes_on)
+
+    def settle(self, goes_on: Callable[[], bool]) -> list[str]:
+        """Until they have answered a request, before which an executor takes what was sent before it; names of those that have
+        not. An answer is lost where a node knows of the request before it knows of us: they are asked again."""
+        futures: dict[str, list[Any]] = {name: [] for name in self._hearers}
+        begun, waiting = time.monotonic(), list(futures)
+        while waiting and goes_on():
+            for name in waiting:
+                due = time.monotonic() - begun >= _AGAIN_S * len(futures[name])
+                if due and self._hearers[name].service_is_ready():
+                    futures[name].append(self._hearers[name].call_async(self._hearers[name].srv_type.Request()))
+            self.spin(0.05)
+            waiting = [name for name in waiting if not any(future.done() for future in futures[name])]
+        return waiting
 
     def spin(self, longest_s: float) -> None:
         """Lets one thing happen."""
