@@ -50,10 +50,11 @@ Groups BinsOf(const Values& values, const Fineness& fineness) {
   const double bins = std::clamp(std::ceil(std::sqrt(count)), 4.0, fineness.bins);
   const double width = RoundStep((high - low) / bins), first = std::floor(low / width);
   Groups groups;
-  for (double k = first; k <= std::floor(high / width); ++k) {
-    groups.names.push_back(report::Digits(k * width, 3) + " to " +
-                           report::Digits((k + 1) * width, 3));
-    groups.at.push_back((k + 0.5) * width);
+  const auto count_of_bins = std::lround(std::floor(high / width) - first) + 1;
+  for (int k = 0; k < count_of_bins; ++k) {
+    const double from = (first + k) * width;
+    groups.names.push_back(report::Digits(from, 3) + " to " + report::Digits(from + width, 3));
+    groups.at.push_back(from + width / 2);
   }
   for (const auto& number : values.numbers)
     groups.of.push_back(number ? static_cast<int>(std::floor(*number / width) - first) : -1);

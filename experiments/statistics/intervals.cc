@@ -92,6 +92,7 @@ Interval SuccessInterval(std::span<const RatedTrial> trials, double confidence) 
     ++by_stratum[stratum].trials;
   }
   std::vector<Count> strata;
+  strata.reserve(by_stratum.size());
   for (const auto& [stratum, count] : by_stratum) strata.push_back(count);
   if (trials.empty()) return StratifiedInterval(strata, confidence);
   std::vector<double> off;  // of their stratum's rate

@@ -58,6 +58,7 @@ PairedResult PairedMeasure::Result() const {
   for (size_t i = 0; i < units_.size(); ++i)
     sums[units_[i]] += (differences_[i] > 0) - (differences_[i] < 0);
   std::vector<int64_t> of_units;
+  of_units.reserve(sums.size());
   for (const auto& [unit, sum] : sums) of_units.push_back(sum);
   result.seeds = std::ssize(sums);
   result.p_value = SignFlipP(of_units);

@@ -246,7 +246,10 @@ test('ten thousand trials: size, time to open, memory, sorting', async () => {
 
 test('a comparison: a seed that flipped is shown on both sides', async () => {
   const {page, complaints, close} = await open('compare', 1440);
-  assert.match(await page.locator('.badge').first().innerText(), /no significant change in success/);
+  assert.match(
+    await page.locator('.badge').first().innerText(),
+    /no significant change in success/,
+  );
   await page
     .getByRole('button', {name: /^\d{10,}$/})
     .first()
