@@ -148,12 +148,13 @@ const char* MeaningOf(trial::Failure failure) {
 
 report::Section FailureTable(const GroupSummary& group) {
   report::Table table({"<failure", "trials", "%", "<meaning"});
+  double all = static_cast<double>(group.successes);  // with those that say nothing of docking
+  for (const auto& [name, count] : group.failures) all += static_cast<double>(count);
   for (const auto& [name, count] : SortedFailures(group)) {
     const report::Json word = name;
-    table.Row(
-        {report::Words(name), std::to_string(count),
-         report::Fixed(100.0 * static_cast<double>(count) / static_cast<double>(group.trials), 1),
-         MeaningOf(word.get<trial::Failure>())});
+    table.Row({report::Words(name), std::to_string(count),
+               report::Fixed(100 * static_cast<double>(count) / all, 1),
+               MeaningOf(word.get<trial::Failure>())});
   }
   return {.title = "Failures", .note = "One word a trial: why it did not succeed.", .table = table};
 }
@@ -241,8 +242,11 @@ report::Section GroupSection(const std::vector<std::string>& keys,
     std::vector<report::Cell> row;
     for (size_t i = 0; i < keys.size(); ++i) row.emplace_back(ValueText(keys[i], group.group[i]));
     for (const std::string& cell :
-         {std::to_string(group.trials), report::Fixed(100 * group.rate(), 1),
-          fmt::format("{:.0f}-{:.0f}", 100 * group.wilson.low, 100 * group.wilson.high),
+         {std::to_string(group.trials),
+          group.trials > 0 ? report::Fixed(100 * group.rate(), 1) : "-",
+          group.trials > 0
+              ? fmt::format("{:.0f}-{:.0f}", 100 * group.wilson.low, 100 * group.wilson.high)
+              : "-",
           SpreadText(group.time_to_dock_s, 1), SpreadText(group.error_true_y_m, mm),
           SpreadText(group.error_true_z_m, mm), SpreadText(group.estimate_error_m, mm, 1)})
       row.emplace_back(cell);
@@ -349,7 +353,7 @@ std::vector<SuccessCurve> SuccessCurves(const std::vector<StoredTrial>& trials,
       values = group.group;
       curves.push_back({.name = fmt::format("{}", fmt::join(values, ", "))});
     }
-    curves.back().points.push_back({*x, std::move(group)});
+    if (group.trials > 0) curves.back().points.push_back({*x, std::move(group)});
   }
   for (SuccessCurve& curve : curves) {
     std::vector<statistics::BinomialPoint> counts;

@@ -39,6 +39,7 @@ struct GroupSummary {
   std::optional<double> false_confidence_s;  // mean over the trials that ended
   std::map<std::string, int64_t> failures;   // by name; none left out
 
+  // NaN where no trial says whether it docks (TrialRecord::judged).
   double rate() const { return static_cast<double>(successes) / static_cast<double>(trials); }
   TURBIDOCK_FIELDS(group, trials, successes, wilson, time_to_dock_s, error_true_y_m, error_true_z_m,
                    estimate_error_m, false_confidence_s, failures)

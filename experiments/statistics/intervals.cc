@@ -54,7 +54,8 @@ double DesignEffect(std::span<const Count> strata) {
   return std::min(1.0, within / (rate * (1 - rate)));
 }
 
-Interval StratifiedInterval(std::span<const Count> strata, double confidence) {
+Interval StratifiedInterval(std::span<const Count> strata, double confidence,
+                            double cluster_effect) {
   TD_CHECK(0 < confidence && confidence < 1, "a confidence in (0, 1)");
   for (const auto& [successes, trials] : strata)
     TD_CHECK(0 <= successes && successes <= trials, "no more successes than trials");
@@ -63,10 +64,10 @@ Interval StratifiedInterval(std::span<const Count> strata, double confidence) {
   // Of these counts, as if there were so many trials.
   const auto trials = static_cast<double>(all.trials);
   const double rate = static_cast<double>(all.successes) / trials;
-  return RateInterval(rate, trials / DesignEffect(strata), confidence);
+  return RateInterval(rate, trials / (DesignEffect(strata) * cluster_effect), confidence);
 }
 
-double DesignEffect(const std::vector<double>& values, const std::vector<int64_t>& units) {
+double ClusterEffect(const std::vector<double>& values, const std::vector<int64_t>& units) {
   if (units.empty() || values.empty()) return 1;
   TD_CHECK(values.size() == units.size(), "every value has a unit");
   const auto n = static_cast<double>(values.size());
@@ -94,7 +95,6 @@ Interval SuccessInterval(std::span<const RatedTrial> trials, double confidence) 
   std::vector<Count> strata;
   strata.reserve(by_stratum.size());
   for (const auto& [stratum, count] : by_stratum) strata.push_back(count);
-  if (trials.empty()) return StratifiedInterval(strata, confidence);
   std::vector<double> off;  // of their stratum's rate
   std::vector<int64_t> seeds;
   for (const auto& [success, stratum, seed] : trials) {
@@ -102,10 +102,7 @@ Interval SuccessInterval(std::span<const RatedTrial> trials, double confidence) 
     off.push_back((success ? 1 : 0) - static_cast<double>(successes) / static_cast<double>(all));
     seeds.push_back(seed);
   }
-  const Count all = Sum(strata);
-  const auto n = static_cast<double>(all.trials);
-  return RateInterval(static_cast<double>(all.successes) / n,
-                      n / (DesignEffect(strata) * DesignEffect(off, seeds)), confidence);
+  return StratifiedInterval(strata, confidence, ClusterEffect(off, seeds));
 }
 
 int64_t TrialsForHalfWidth(double half_width, double confidence) {
@@ -125,12 +122,12 @@ std::optional<double> Quantile(std::vector<double> values, double share) {
 }
 
 std::optional<Interval> MedianInterval(std::vector<double> values, double confidence,
-                                       double design_effect) {
+                                       double cluster_effect) {
   if (values.empty()) return std::nullopt;
   std::sort(values.begin(), values.end());
   const auto independent = std::max(
       size_t{1},
-      static_cast<size_t>(std::lround(static_cast<double>(values.size()) / design_effect)));
+      static_cast<size_t>(std::lround(static_cast<double>(values.size()) / cluster_effect)));
   const boost::math::binomial below(static_cast<double>(independent), 0.5);
   // The least rank above the median with that probability, and the same from the other end.
   for (size_t k = independent / 2 + 1; k <= independent; ++k)

@@ -42,12 +42,13 @@ double DesignEffect(std::span<const Count> strata);
 // (1998, Survey Methodology 24:193) effective number, without their correction for degrees of
 // freedom, with Wilson's as in Franco et al. (2019, J. Survey Stat. Methodol. 7:334). Of a single
 // stratum it is WilsonInterval.
-Interval StratifiedInterval(std::span<const Count> strata, double confidence = 0.95);
+Interval StratifiedInterval(std::span<const Count> strata, double confidence = 0.95,
+                            double cluster_effect = 1);
 
 // By how much more the mean of these numbers varies than that of as many which are independent (Rao
 // and Scott, Biometrics 48 (1992) 577): 1 at least; the numbers a unit where none differs.
 // `units`: to which unit each belongs; empty: each is one.
-double DesignEffect(const std::vector<double>& values, const std::vector<int64_t>& units);
+double ClusterEffect(const std::vector<double>& values, const std::vector<int64_t>& units);
 
 // A trial that counts towards a success rate.
 struct RatedTrial {
@@ -66,10 +67,10 @@ inline std::optional<double> Median(std::vector<double> values) {
 }
 
 // The interval of the median behind the values, at that confidence at least, from order statistics.
-// Nothing where there are too few (95 %: fewer than 6). `design_effect`: of values that do not vary
-// each for itself.
+// Nothing where there are too few (95 %: fewer than 6). `cluster_effect`: of values that do not
+// vary each for itself.
 std::optional<Interval> MedianInterval(std::vector<double> values, double confidence = 0.95,
-                                       double design_effect = 1);
+                                       double cluster_effect = 1);
 
 // Where a function that rises over [0, 1] reaches a value, to 1e-4; nothing where it does not.
 std::optional<double> LeastReaching(double value, const std::function<double(double)>& function);

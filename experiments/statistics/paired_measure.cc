@@ -69,10 +69,10 @@ PairedResult PairedMeasure::Result() const {
     std::vector<double> above;
     for (const double difference : differences_)
       above.push_back(difference > *result.difference ? 1 : 0);
-    result.design_effect = DesignEffect(above, units_);
-    result.interval_95 = MedianInterval(differences_, 0.95, result.design_effect);
+    result.cluster_effect = ClusterEffect(above, units_);
+    result.interval_95 = MedianInterval(differences_, 0.95, result.cluster_effect);
   } else {
-    const double effect = result.design_effect = DesignEffect(differences_, units_);
+    const double effect = result.cluster_effect = ClusterEffect(differences_, units_);
     const auto [lost, gained] =
         worse_sign_ < 0 ? std::pair(worse_, better_) : std::pair(better_, worse_);
     result.a = Mean(a_);

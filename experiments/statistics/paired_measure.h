@@ -38,13 +38,13 @@ struct PairedResult {
   std::optional<Interval> interval_95{};  // of the difference, as if pairs had not been looked at;
                                           // 0 is in it unless the test excludes it
   double p_value = 1;                     // two-sided, exact; likewise
-  double design_effect = 1;               // of the pairs' differences: 1 where seeds differ
+  double cluster_effect = 1;              // of the pairs' differences: 1 where seeds differ
   std::optional<double> margin{};         // these three where there is a design
   std::optional<Verdict> verdict{};
   std::optional<int64_t> decided_after{};
 
   TURBIDOCK_FIELDS(pairs, worse, better, seeds, a, b, difference, interval_95, p_value,
-                   design_effect, margin, verdict, decided_after)
+                   cluster_effect, margin, verdict, decided_after)
 };
 
 class PairedMeasure {

@@ -61,7 +61,7 @@ PairedComparison ComparePairs(const std::vector<double>& a, const std::vector<do
   if (independent < 2) return result;
   double squares = 0;
   for (const double d : differences) squares += (d - result.mean) * (d - result.mean);
-  const double error = std::sqrt(squares / (n - 1) / n * DesignEffect(differences, units));
+  const double error = std::sqrt(squares / (n - 1) / n * ClusterEffect(differences, units));
   if (error == 0) {
     result.confidence = {result.mean, result.mean};
     result.t_p = result.mean == 0 ? 1 : 0;

@@ -50,7 +50,7 @@ std::optional<double> LeastDifferenceSeen(int64_t pairs, double differing, doubl
 // 95 % interval of the difference of the success rates, b's less a's, of so many pairs of which
 // `only_a` and `only_b` succeeded in one alone: Wald's with half a pair added to each cell (Agresti
 // and Min, Stat. Med. 24 (2005) 729).
-// Counts are fractions where they are divided by a design effect.
+// Counts are fractions where they are divided by a cluster effect.
 Interval RateDifferenceInterval(double only_a, double only_b, double pairs);
 
 // Which of several tests are significant together: with a probability of at most `level` any of

@@ -93,6 +93,22 @@ TEST_F(BatchReport, SaysHowFarItIsAndWhatCameOut) {
   EXPECT_THAT(text, ContainsRegex("water milk +15 to 45 ml/m³ +>999 "));
 }
 
+TEST_F(BatchReport, OfTrialsThatSayNothingOfDockingTellsNoRate) {
+  ResultStore store = Store(8, 0);
+  {
+    StoredTrial trial{.parameters = {{"water.milk_ml_m3", "0"}, {"controller", "pid"}},
+                      .record = {}};
+    trial.record.outcome = trial::Outcome::kNoAnswer;
+    trial.record.failure = trial::Failure::kNoAnswer;
+    for (; trial.trial < 8; ++trial.trial) store.Add(trial);
+  }
+  for (const std::vector<std::string>& by : {std::vector<std::string>{}, {"controller"}}) {
+    const std::string text = report::Text(ReportOf(Summary(store, {.by = by})));
+    EXPECT_THAT(text, Not(HasSubstr("nan")));
+    EXPECT_THAT(text, HasSubstr("8 no answer"));
+  }
+}
+
 TEST_F(BatchReport, KnowsWhenItIsCompleteRunningOrEmpty) {
   {
     const ResultStore held = Store(8, 8);

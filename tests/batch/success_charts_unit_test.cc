@@ -73,6 +73,16 @@ TEST(SuccessCharts, APointsLinkSaysWhichTrialsItIsOf) {
     }
 }
 
+TEST(SuccessCharts, LeaveOutWhatSaysNothingOfDocking) {
+  std::vector<StoredTrial> trials = Trials();
+  for (StoredTrial& trial : trials)
+    if (trial.parameters[0].value == "20") trial.record.outcome = trial::Outcome::kNoAnswer;
+  const auto charts = ChartsOf(Header(), trials);
+  const report::Series& series = charts.panels.at("water.milk_ml_m3|").series[0];
+  ASSERT_EQ(series.points.size(), 1u);
+  EXPECT_EQ(series.points[0].x, 0);
+}
+
 TEST(SuccessCharts, WithoutDifferencesThereAreNone) {
   StoreHeader header = Header();
   header.keys.clear();
@@ -83,10 +93,13 @@ TEST(FailureTable, ExplainsEachThatHappened) {
   GroupSummary group;
   group.trials = 4;
   group.failures = {{"timeout", 1}, {"jammed", 2}};
+  group.successes = 1;
   const report::Section section = FailureTable(group);
   ASSERT_EQ(section.table->rows().size(), 2u);
   EXPECT_EQ(section.table->rows()[0][0].text, "jammed");
   EXPECT_EQ(section.table->rows()[0][2].text, "50.0");
+  group.failures["no_answer"] = 1;  // which no rate counts
+  EXPECT_EQ(FailureTable(group).table->rows()[0][2].text, "40.0");
   for (const auto& [failure, name] : EnumNames<trial::Failure>::kNames)
     EXPECT_GT(std::string(MeaningOf(failure)).size(), 5u) << name;
 }

@@ -68,7 +68,7 @@ TEST(PairedMeasure, CopiesOfPairsSayNothingNew) {
     EXPECT_EQ(often.seeds, once.seeds);
     EXPECT_NEAR(often.p_value, once.p_value, 1e-12);
     EXPECT_NEAR(*often.difference, *once.difference, 1e-12);
-    EXPECT_EQ(once.design_effect, 1);
+    EXPECT_EQ(once.cluster_effect, 1);
     // With a half in each cell added once and not to each copy.
     EXPECT_NEAR(often.interval_95->low, once.interval_95->low,
                 kind == MeasureKind::kRate ? 0.02 : 0);

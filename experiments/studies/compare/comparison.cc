@@ -168,7 +168,7 @@ Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOpt
   comparison.changes = changes_of(pairs, "all");
   batch::MarkSignificant(&comparison.changes);
   comparison.least_difference_seen = statistics::LeastDifferenceSeen(
-      std::lround(static_cast<double>(pairs.size()) / comparison.all().design_effect),
+      std::lround(static_cast<double>(pairs.size()) / comparison.all().cluster_effect),
       static_cast<double>(comparison.flips.size()) / static_cast<double>(pairs.size()));
   if (options.by.empty()) return comparison;
   std::vector<batch::Change> rows;

@@ -1,5 +1,6 @@
 // Two result sets pair by pair, against numbers worked out by hand.
 
+#include "experiments/batch/summary.h"
 #include "experiments/studies/compare/comparison.h"
 
 #include <fmt/format.h>
@@ -300,6 +301,12 @@ TEST_F(Comparison, ThePictureHasTheWorstOnTopAndItsRowsLeadToTheSeeds) {
   const auto slower = std::ranges::find(panel.y.names, "water milk 20 ml/m³: time");
   ASSERT_NE(slower, panel.y.names.end());
   EXPECT_NEAR(rows[static_cast<double>(slower - panel.y.names.begin())].x, 9.8, 0.1);
+}
+
+TEST(ValueText, IsInTheUnitOfItsTitleAlsoInAList) {
+  EXPECT_EQ(batch::ValueText("start.lateral_m", "0.1"), "100");
+  EXPECT_EQ(batch::ValueText("start.lateral_m", "[0.10, 0.2]"), "[100, 200]");
+  EXPECT_EQ(batch::ValueText("controller", "[pid, lqg]"), "[pid, lqg]");
 }
 
 TEST_F(Comparison, WithoutAChangeItSaysSo) {

@@ -85,6 +85,13 @@ TEST_F(GateFiles, ABaselineOfAnotherPlanIsRefusedWithTheReason) {
     return MessageOf([&] { ConditionsOf(other, baseline); });
   };
   EXPECT_EQ(refused(gate), "no error");
+  // Values count, not how they are written.
+  const auto given = [&](const std::string& milk) {
+    return Load("  other: {water.milk_ml_m3: " + milk + ", start: {lateral_m: 0.10}}\n")
+        .conditions[1];
+  };
+  EXPECT_EQ(given("25").digest, given("25.0").digest);
+  EXPECT_NE(given("25").digest, given("25.5").digest);
   EXPECT_THAT(refused(Load(kRough)), HasSubstr("it has no condition 'rough'"));
   Gate other = gate;
   other.conditions[0].given = "pool_active water.milk_ml_m3=30";
@@ -221,6 +228,8 @@ TEST_F(GateFiles, BadGates) {
   EXPECT_THAT(refused_key("never: collision"), HasSubstr("must be a list of outcomes"));
   EXPECT_THAT(refused_key("never: [success]"), HasSubstr("'success' is what a gate is for"));
   EXPECT_THAT(refused_key("max_trials: 21"), HasSubstr("more than the plan's 20 seeds"));
+  EXPECT_THAT(refused_key("alpha: 0.6\n  beta: 0.4"),
+              HasSubstr("alpha 0.6 and beta 0.4 must be below 1 together"));
   EXPECT_THAT(refused_key("conditions: {aa: {}}"), HasSubstr("no condition 'aa'"));
   EXPECT_THAT(refused_key("conditions: {a: {alpha: 2}}"), HasSubstr("alpha = 2"));
   EXPECT_THAT(refused(head + "precision: 0.1\ngate: {baseline: b.yaml}\n"),

@@ -176,6 +176,16 @@ TEST_F(GateRepeat, TrialsOfAnotherGateAreRefusedAndOfAnotherProgramBegunAnew) {
   EXPECT_EQ(stored({}), 0);
   EXPECT_THAT(said_, HasSubstr("has trials of another program (another): begun anew"));
 
+  // Another key that varies needs other columns.
+  std::ofstream(File("gate.yaml"))
+      << "schema_version: 1\nscenario: short.yaml\nseeds: 2\ngrid: {start.lateral_m: [0.02]}\n"
+         "gate: {baseline: gate.baseline.yaml, margins: {success_rate: 0.5}}\n";
+  EXPECT_THAT(MessageOf([&] { stored({}); }), HasSubstr("or run what changed with --anew"));
+  {
+    batch::ResultStore store = Open("trials.db", {}, /*anew=*/true);
+    Measure({}, {}, &store);
+  }
+  EXPECT_EQ(stored({}), 2);
   std::ofstream(File("notes.db")) << "what I noted";
   EXPECT_THROW(Open("notes.db", {}), ConfigError);
 }
