@@ -76,6 +76,7 @@ auto GroupPairs(const std::vector<TrialPair>& pairs, const std::vector<std::stri
       &batch::LessByValue);
   for (const TrialPair& pair : pairs) {
     std::vector<std::string> values;
+    values.reserve(by.size());
     for (const std::string& name : by)
       values.push_back(std::ranges::find(pair.parameters, name, &batch::Parameter::key)->value);
     groups[values].push_back(pair);

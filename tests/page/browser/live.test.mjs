@@ -459,7 +459,7 @@ grid: {controller: [pid, lqg]}
     Number.parseInt(document.querySelector('#trials [role=status]')?.textContent, 10) >= n;
   await until(page, listed, first + 1);
   await until(page, listed, 200, 2 * kLong_ms);
-  await until(page, () => document.querySelector('.badge')?.textContent.includes('complete'));
+  await until(page, () => document.querySelector('.badge')?.textContent.includes('succeed'));
   assert.equal(await page.locator('#injected').count(), 0, 'HTML in a name is text');
   assert.deepEqual(complaints, []);
   await close();
