@@ -39,8 +39,10 @@ std::string Quoted(std::string_view text, char doubled = '\'') {
   return quoted + "'";
 }
 
-std::string Color(const Rgb& rgb) {
-  return fmt::format("'#{:02x}{:02x}{:02x}'", rgb[0], rgb[1], rgb[2]);
+// gnuplot counts what shines through.
+std::string Color(const Rgb& rgb, double opacity = 1) {
+  return fmt::format("'#{:02x}{:02x}{:02x}{:02x}'", std::lround(255 * (1 - opacity)), rgb[0],
+                     rgb[1], rgb[2]);
 }
 
 // How a mark is drawn: columns of the data and style, once or twice. {dashes} and {dot} are the
@@ -173,7 +175,7 @@ void AddSeries(const Series& series, Script* script) {
         fmt::format("{} using {} axes x1y{}", data, columns, series.second_axis ? 2 : 1),
         fmt::format("{}{} linewidth {} linecolor rgb {}", shaped,
                     dots ? fmt::format(" pointsize {}", series.dot_px / kDotOfSize1_px) : "",
-                    series.width_px, Color(series.color)),
+                    series.width_px, Color(series.color, series.opacity)),
         i + 1 == layers.size() ? series.name : "");
   }
 }
@@ -186,19 +188,22 @@ void AddRule(const Rule& rule, bool has_legend, Script* script) {
     script->Line("set arrow from {0},graph 0 to {0},graph 1 nohead{1}", rule.at, pen);
     return;
   }
-  if (rule.mark != Mark::kNone) script->Plot(fmt::format("{}", rule.at), "lines" + pen, rule.name);
+  if (rule.mark != Mark::kNone)
+    script->Plot(fmt::format("{}", rule.at), "lines" + pen, has_legend ? rule.name : "");
   if (!has_legend)
     script->Line("set label {} at graph 1,first {} left offset 0.8,0 textcolor rgb {}",
                  Quoted(rule.name), rule.at, Color(rule.color));
 }
 
-// Below the panels before, all of the same size.
+// Below the panels before, all of the same size; a legend fits between two.
 void Stack(const Figure& figure, size_t number, Script* script) {
-  constexpr double kTop = 0.88, kBottom = 0.05, kGap = 0.015;  // of the figure's height
+  constexpr double kTop = 0.92, kBottom = 0.035, kGap = 0.016;  // of the figure's height
   const double step = (kTop - kBottom) / static_cast<double>(figure.panels.size());
   const double top = kTop - step * static_cast<double>(number);
   script->Line("set lmargin at screen 0.08; set rmargin at screen 0.925");
   script->Line("set tmargin at screen {}; set bmargin at screen {}", top, top - step + kGap);
+  script->Line("unset title; set ylabel {}", Quoted(figure.panels[number].title));
+  if (number > 0) script->Line("set key at graph 0, graph 1.04 left bottom");
   if (number + 1 < figure.panels.size()) script->Line("set format x ''; unset xlabel");
 }
 
@@ -229,7 +234,7 @@ void AddPanel(const Figure& figure, size_t number, Script* script) {
 
   script->plots.clear();
   for (const Series& series : panel.series) AddSeries(series, script);
-  for (const Rule& rule : panel.rules) AddRule(rule, panel.legend, script);
+  for (const Rule& rule : panel.rules) AddRule(rule, panel.legend && !figure.stacked, script);
   AddBlocks(panel, script);
   script->Line("plot {}NaN notitle", script->plots);
 }
@@ -280,15 +285,26 @@ Figure FigureOf(const report::Report& report) {
   Figure figure{.title = word.empty() ? report.title : word + ": " + report.title,
                 .width_px = 560,
                 .height_px = 460};
-  std::set<size_t> rows;  // how many plots a section has
+  std::set<size_t> rows;                         // how many plots a section has
+  std::set<std::vector<std::string>> explained;  // by a legend further up in a stack
   for (const report::Section& section : report.sections) {
-    if (!section.panels.empty()) rows.insert(section.panels.size());
+    if (section.panels.empty()) continue;
+    rows.insert(section.panels.size());
+    figure.stacked |= section.stacked;
     for (const Panel& panel : section.panels) {
       figure.panels.push_back(panel);
       if (panel.title.empty()) figure.panels.back().title = section.title;
+      std::vector<std::string> names;
+      for (const Series& series : panel.series)
+        if (!series.name.empty()) names.push_back(series.name);
       figure.panels.back().legend |=
-          std::ranges::count_if(panel.series, [](const Series& s) { return !s.name.empty(); }) > 1;
+          names.size() > 1 && (!section.stacked || explained.insert(names).second);
     }
+  }
+  if (figure.stacked) {
+    figure.width_px = 1400;
+    figure.height_px = 195;
+    return figure;
   }
   const bool is_row = rows.size() == 1 && *rows.begin() > 1 && *rows.begin() <= 4;
   figure.columns = is_row ? *rows.begin() : std::clamp<size_t>(figure.panels.size(), 1, 3);

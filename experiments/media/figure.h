@@ -18,7 +18,8 @@ void RequireFigurePath(const std::string& path);
 // missing or cannot draw the figure (a logarithmic axis from below 0).
 void WriteFigure(const std::string& path, const report::Figure& figure);
 
-// All plots of a report, in their order; a row a section where all sections have as many.
+// All plots of a report, in their order; a row a section where all sections have as many, one
+// column where those of a section are stacked.
 report::Figure FigureOf(const report::Report& report);
 
 }  // namespace turbidock::media

@@ -132,13 +132,14 @@ std::string StoredTrials::ModelPart(const batch::StoredTrial& trial) const {
 
 bool StoredTrials::Pack(const batch::StoredTrial& trial) {
   if (!plan_ || bytes_left_ < 0 || !std::ranges::binary_search(stored_, trial.trial)) return false;
-  const std::string text = report::JsonLine(Rounded(store_.SeriesOf(trial.trial), kStoredDigits));
+  const trial::Scenario scenario = plan_->ScenarioOf(plan_->Trial(trial.trial));
+  const std::string text = report::JsonLine(
+      TracesModel(store_.SeriesOf(trial.trial), trial::CriteriaOf(scenario), kStoredDigits));
   bytes_left_ -= static_cast<int64_t>(Gzip(text).size()) * 4 / 3;
   if (bytes_left_ < 0) return false;
   page_->parts[SeriesPart(trial)] = text;
   if (page_->parts.contains(ModelPart(trial))) return true;
-  Json model = TrialModel(plan_->ScenarioOf(plan_->Trial(trial.trial)));
-  model.erase("settings");
+  const Json model = TrialModel(scenario);
   AddPart(ModelPart(trial), model, /*has_3d=*/!model["scene"].is_null(), page_);
   return true;
 }

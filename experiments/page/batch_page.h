@@ -17,7 +17,7 @@ namespace turbidock::page {
 
 struct BatchPageOptions {
   // Stored series are packed into the page, failures first, until they have this many bytes.
-  int64_t series_bytes = 2'200'000;
+  int64_t series_bytes = 3'300'000;
   trial::Plugins plugins{};            // what the trials' scenarios may choose besides ours
   batch::BatchReportOptions report{};  // none of its keys: by the plan's grid
 };

@@ -31,9 +31,20 @@ std::string TableOf(const Json& table) {
   return "<table>\n" + Row("th", table["columns"], "label") + rows + "</table>\n";
 }
 
+std::string FactsOf(const Json& facts) {
+  std::string text;
+  for (const Json& fact : facts)
+    text +=
+        Element("p", fact["label"].get<std::string>() + ": " + fact["value"].get<std::string>());
+  return text;
+}
+
+// Of what only the script can show, nothing.
 std::string SectionOf(const Json& section) {
+  if (!section.value("player", "").empty()) return "";
   std::string text = Element("h2", section["title"]) + Element("p", section["note"]);
   for (const Json& line : section["lines"]) text += Element("p", line);
+  text += FactsOf(section.value("facts", Json::array()));
   if (const Json& table = section["table"]; table.is_object()) text += TableOf(table);
   return text;
 }
@@ -59,12 +70,8 @@ std::string Plain(const Json& model) {
   std::string text = Element("h1", model.value("title", "turbidock"));
   if (report.contains("verdict"))
     text += Element("p", report["verdict"]["word"]) + Element("p", report["verdict"]["reason"]);
-  if (model.contains("record"))  // a trial's
-    text += Element("p", model["record"]["outcome"]) + Element("p", model["record"]["reason"]);
   text += Element("p", "The plots need JavaScript: this page's script has not run (yet).");
-  for (const Json& fact : report.value("facts", Json::array()))
-    text +=
-        Element("p", fact["label"].get<std::string>() + ": " + fact["value"].get<std::string>());
+  text += FactsOf(report.value("facts", Json::array()));
   for (const Json& section : report.value("sections", Json::array())) text += SectionOf(section);
   return "<main id=\"plain\">\n" + text + "</main>\n";
 }

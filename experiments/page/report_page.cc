@@ -74,14 +74,15 @@ void AddTrialsIn(const std::string& folder, const trial::Plugins& plugins, Page*
     if (path.filename() != name || !IsFile(path / "result.json")) continue;
     try {
       const Page trial = TrialPage(path.string(), plugins);
-      const Json& record = trial.model["record"];
+      const Json& verdict = trial.model["verdict"];
       const std::string part = "trial-" + name;
-      LinkedTrial linked{.title = trial.model.value("title", name),
-                         .outcome = record["outcome"],
-                         .reason = record.value("reason", ""),
+      LinkedTrial linked{.title = trial.model["title"],
+                         .outcome = verdict["word"],
+                         .reason = verdict["reason"],
                          .model = part};
-      for (const Json& command : trial.model["commands"])
-        linked.commands.push_back({command["what"], command["command"]});
+      for (const Json& section : trial.model["sections"])
+        for (const Json& command : section["commands"])
+          linked.commands.push_back({command["what"], command["command"]});
       link = {.title = name, .trials = {linked}};
       AddPart(part, trial.model, trial.has_3d, page);
     } catch (const ConfigError& error) {

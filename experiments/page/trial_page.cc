@@ -7,18 +7,15 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
-#include <set>
 #include <utility>
 #include <vector>
 
-#include "experiments/config/yaml_fields.h"
 #include "experiments/page/plain.h"
-#include "experiments/report/table.h"
+#include "experiments/report/report_json.h"
 #include "experiments/system/output_path.h"
-#include "experiments/trial/series.h"
+#include "experiments/trial/trace_panels.h"
 #include "experiments/trial/trial.h"
-#include "experiments/trial/trial_view.h"
-#include "sim/light/scattering.h"
+#include "experiments/trial/trial_report.h"
 
 namespace turbidock::page {
 namespace {
@@ -58,21 +55,6 @@ Pose PoseOf(const mjtNum* p, const mjtNum* R) {
   return {Eigen::Quaterniond(rows), {p[0], p[1], p[2]}};
 }
 
-// Leaves of a document, key by dotted key.
-void Flatten(const config::YamlNode& node, std::vector<std::pair<std::string, std::string>>* out) {
-  if (!node.IsMap()) {
-    out->emplace_back(node.path, node.OneLine());
-    return;
-  }
-  for (const auto& [key, inner] : node.Entries()) Flatten(inner, out);
-}
-
-std::vector<std::pair<std::string, std::string>> ValuesOf(const trial::Scenario& scenario) {
-  std::vector<std::pair<std::string, std::string>> values;
-  Flatten(config::ParseYaml(trial::SaveScenario(scenario), "scenario"), &values);
-  return values;
-}
-
 Json RigModel(const StereoRig& rig) {
   const auto camera = [](const MountedCamera& c) {
     return Json{{"fx_px", c.fx_px},
@@ -105,24 +87,6 @@ Json PicturesIn(const fs::path& folder, const trial::Scenario& scenario) {
   Json list = Json::array();
   for (auto& [frame, picture] : pictures) list.push_back(std::move(picture));
   return list;
-}
-
-// Names and units of a record's figures by their dotted keys.
-Json NamesIn(const Json& record, const std::string& path = "") {
-  Json names = Json::object();
-  const report::Quantity group = report::QuantityOf(path);
-  std::set<std::string> labels;
-  for (const auto& [key, value] : record.items()) {
-    const std::string name = JoinKey(path, key);
-    report::Quantity of = report::QuantityOf(key);
-    if (!path.empty()) of.label = group.label + ", " + of.label;
-    if (of.unit.empty()) of.unit = group.unit;  // stage_time_s.docking
-    // handover_navigation_error_m and _rad
-    if (!labels.insert(of.label).second) of.label += " in " + of.unit;
-    names[name] = of;
-    if (value.is_object()) names.update(NamesIn(value, name));
-  }
-  return names;
 }
 
 }  // namespace
@@ -180,59 +144,33 @@ Json SceneModel(const vehicle::Scene& scene) {
           {"meshes", meshes}};
 }
 
-Json SettingsModel(const trial::Scenario& scenario) {
-  const trial::Scenario before = trial::PresetsOf(scenario);
-  std::map<std::string, std::string> defaults;
-  for (const auto& [key, value] : ValuesOf(before)) defaults[key] = value;
-  Json list = Json::array();
-  for (const auto& [key, value] : ValuesOf(scenario)) {
-    // no scenario is without these: they have no default; of files a digest says nothing to people
-    if (key == "schema_version" || key == "description" || key == "seed" || key == "model_files")
-      continue;
-    if (key == "duration_s" || key == "model") defaults[key].clear();
-    if (defaults[key] != value)
-      list.push_back({{"key", key}, {"value", value}, {"default", defaults[key]}});
-  }
-  return list;
-}
-
-Json SightModel(const trial::Scenario& scenario) {
-  if (scenario.pose_source != trial::PoseSource::kCameras) return nullptr;
-  return Rounded(std::log(50) / light::MakeMedium(scenario.light.water).extinction_per_m()[1], 3);
-}
-
 Json TrialModel(const trial::Scenario& scenario) {
-  Json stages = Json::array();
-  for (const auto& [stage, name] : EnumNames<control::Stage>::kNames) stages.push_back(name);
   Json model = {
       {"kind", "trial"},
-      {"title", fmt::format("{}, seed {}", scenario.description, scenario.seed)},
-      {"description", scenario.description},
+      {"title", trial::TitleOf(scenario)},
       {"seed", std::to_string(scenario.seed)},
-      {"duration_s", scenario.duration_s},
       {"frames_per_second", scenario.clock.frames_per_second},
-      {"stages", stages},
-      {"colors", trial::kOnPaper},
       {"limits", trial::CriteriaOf(scenario)},
-      {"sight_m", SightModel(scenario)},
+      {"sight_m", Rounded(trial::Sight_m(scenario), 3)},
       {"night", scenario.faults.ambient_light.empty()},
       {"rig", RigModel(scenario.rig.MakeRig())},
       {"marker",
        {{"balls", scenario.marker.balls}, {"outer_ring_ratio", scenario.marker.outer_ring_ratio}}},
       {"scene", nullptr},
-      {"settings", Json::array()},
       {"missing", Json::array()}};
   try {
     model["scene"] = SceneModel(vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig));
   } catch (const ConfigError& error) {
     model["missing"].push_back(fmt::format("No 3D replay: {}", error.what()));
   }
-  try {
-    model["settings"] = SettingsModel(scenario);
-  } catch (const ConfigError& error) {
-    model["missing"].push_back(fmt::format("No comparison with the defaults: {}", error.what()));
-  }
   return model;
+}
+
+Json TracesModel(const trial::Series& series, const trial::ViewCriteria& criteria, int digits,
+                 size_t first_row) {
+  return Rounded({{"series", series.From(first_row)},
+                  {"sections", trial::TraceSections(series, criteria, first_row)}},
+                 digits);
 }
 
 Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
@@ -250,18 +188,18 @@ Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
   const Json record = report::ParseJson(system::ReadWhole(result), result);
   if (!record.is_object() || !record.contains("outcome"))
     throw ConfigError(result + ": is no trial's result");
+  const auto series = trial::Series::FromCsv(system::ReadWhole(trajectory), trajectory);
+  report::Report report = trial::ReportOf(scenario, record, series);
+  report.sections.push_back(
+      {.title = "Again",
+       .commands = {{"The same trial again, filmed",
+                     fmt::format("turbidock run {} --out again --video", ShellWord(resolved))}}});
   Page page;
   page.model = TrialModel(scenario);
+  for (const Json& sentence : page.model["missing"]) report.missing.push_back(sentence);
+  page.model.update(Rounded(report));
   page.model.update(
-      {{"record", record},
-       {"names", NamesIn(record)},
-       {"build", record.value("version", "")},
-       {"series", Rounded(trial::Series::FromCsv(system::ReadWhole(trajectory), trajectory))},
-       {"frames", PicturesIn(in / "cameras", scenario)},
-       {"commands",
-        {{{"what", "The same trial again, filmed"},
-          {"command",
-           fmt::format("turbidock run {} --out again --video", ShellWord(resolved))}}}}});
+      {{"series", Rounded(series)}, {"frames", PicturesIn(in / "cameras", scenario)}});
   if (fs::is_regular_file(video, none)) page.files["video"] = system::ReadWhole(video);
   page.has_3d = !page.model["scene"].is_null();
   return page;

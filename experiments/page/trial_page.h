@@ -1,11 +1,13 @@
 #pragma once
-// A trial as the page's modules know it (README.md: the model of a trial), and its report.
+// A trial as the page's modules know it, and its page.
 
 #include <string>
 
 #include "experiments/page/page.h"
 #include "experiments/report/json.h"
 #include "experiments/trial/scenario.h"
+#include "experiments/trial/series.h"
+#include "experiments/trial/trial_view.h"
 #include "sim/vehicle/scene.h"
 
 namespace turbidock::page {
@@ -15,21 +17,19 @@ namespace turbidock::page {
 // else is missing or cannot be read is said in the page.
 Page TrialPage(const std::string& folder, const trial::Plugins& plugins = {});
 
-// What is known of a trial before it runs: title, scene, rig, marker, limits, settings that differ
-// from what every scenario begins with. A live page adds to it as the trial goes on. What cannot be
-// had (the scene's file is elsewhere) is null and said in "missing".
+// What is known of a trial before it runs: title, scene, rig, marker, limits. A live page adds to
+// it as the trial goes on. What cannot be had (the scene's file is elsewhere) is null and said in
+// "missing".
 report::Json TrialModel(const trial::Scenario& scenario);
 
 // The scene as MuJoCo compiled it: every geom that is drawn, with shape, size, pose in the vehicle
 // or in the world, and colour.
 report::Json SceneModel(const vehicle::Scene& scene);
 
-// The keys whose values differ from what every scenario with these presets begins with.
-report::Json SettingsModel(const trial::Scenario& scenario);
-
-// How far cameras could see, in m: where green light has left 2 % of a contrast; null without
-// cameras.
-report::Json SightModel(const trial::Scenario& scenario);
+// A trial's log for a page, in so many digits: {series, its columns; sections, those that show it}.
+// Where a page grows, curves are from a row on.
+report::Json TracesModel(const trial::Series& series, const trial::ViewCriteria& criteria,
+                         int digits, size_t first_row = 0);
 
 // x, y, z, qw, qx, qy, qz.
 report::Json PoseModel(const Pose& pose);

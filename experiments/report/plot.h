@@ -63,6 +63,7 @@ struct Series {
   Mark mark = Mark::kLine;
   double width_px = 2, dot_px = 6;
   bool second_axis = false;  // y belongs to the panel's y2
+  double opacity = 1;
   // Empty, or for each point what it opens in a page: the id of a link (report.h).
   std::vector<std::string> links = {};
 };

@@ -10,10 +10,10 @@ std::string Heading(const Report& report) {
   return report.verdict.word.empty() ? report.title : report.verdict.word + ": " + report.title;
 }
 
-std::string Facts(const Report& report, bool markdown) {
+std::string Facts(const std::vector<Fact>& facts, bool markdown) {
   std::string list = "\n";
   Table table({"<", "<", "<"});
-  for (const Fact& fact : report.facts) {
+  for (const Fact& fact : facts) {
     list += fmt::format("- {}: **{}**{}{}\n", fact.label, fact.value, fact.note.empty() ? "" : ", ",
                         fact.note);
     table.Row({fact.label, fact.value, fact.note});
@@ -25,14 +25,17 @@ std::string Rendered(const Report& report, bool markdown) {
   const std::string gap = markdown ? "\n" : "", item = markdown ? "- " : "";
   std::string text = (markdown ? "# " : "") + Heading(report) + "\n";
   if (!report.verdict.reason.empty()) text += gap + report.verdict.reason + "\n";
-  if (!report.facts.empty()) text += Facts(report, markdown);
+  if (!report.facts.empty()) text += Facts(report.facts, markdown);
   for (const std::string& sentence : report.missing) text += gap + sentence + "\n";
   for (const Section& section : report.sections) {
-    if (!section.table && section.lines.empty() && section.commands.empty()) continue;
+    if (!section.table && section.lines.empty() && section.facts.empty() &&
+        section.commands.empty())
+      continue;
     text += (markdown ? "\n## " : "\n") + section.title + "\n" + gap;
     if (!section.note.empty()) text += section.note + "\n" + gap;
     if (section.table) text += markdown ? section.table->Markdown() : section.table->Text();
     for (const std::string& line : section.lines) text += item + line + "\n";
+    if (!section.facts.empty()) text += Facts(section.facts, markdown);
     for (const Command& command : section.commands)
       text += item + command.what + (markdown ? ": `" : ":\n  ") + command.command +
               (markdown ? "`\n" : "\n");

@@ -39,17 +39,21 @@ struct Command {
   TURBIDOCK_FIELDS(what, command)
 };
 
-// One of sentences, a table, plots or commands; or several that belong together.
+// One of sentences, numbers, a table, plots or commands; or several that belong together.
 struct Section {
   std::string title;
   std::string note = {};  // how to read it
   std::vector<std::string> lines = {};
+  std::vector<Fact> facts = {};
   std::optional<Table> table = {};
   std::vector<Panel> panels = {};
   std::vector<Command> commands = {};
   bool stacked = false;  // its panels share one x axis
   bool wide = false;     // takes the page's whole width, as a section with a table does
-  TURBIDOCK_FIELDS(title, note, lines, table, panels, commands, stacked, wide)
+  // What a page of this kind puts here for hands and eyes, such as "replay" (page/README.md); all
+  // others have what else is in the section.
+  std::string player = {};
+  TURBIDOCK_FIELDS(title, note, lines, facts, table, panels, commands, stacked, wide, player)
 };
 
 struct Report {

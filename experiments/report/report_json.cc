@@ -33,7 +33,7 @@ void to_json(Json& json, const Table& table) {
   json = {{"columns", columns}, {"rows", table.rows()}};
 }
 
-// In columns; those of a band only where there are any.
+// In columns; those of a span where there is any, and always of a band, which may grow.
 void to_json(Json& json, const Series& series) {
   json = {{"name", series.name},
           {"color", series.color},
@@ -41,11 +41,13 @@ void to_json(Json& json, const Series& series) {
           {"width", series.width_px},
           {"dot", series.dot_px},
           {"second", series.second_axis},
+          {"opacity", series.opacity},
           {"x", ColumnOf(series.points, &Sample::x)},
           {"y", ColumnOf(series.points, &Sample::y)},
           {"links", series.links}};
   for (const auto& [key, value] : {std::pair{"low", &Sample::low}, {"high", &Sample::high}})
-    if (Json column = ColumnOf(series.points, value); column != Json(column.size(), Json()))
+    if (Json column = ColumnOf(series.points, value);
+        series.mark == Mark::kBand || column != Json(column.size(), Json()))
       json[key] = std::move(column);
 }
 

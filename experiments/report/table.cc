@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <numbers>
 #include <regex>
 
@@ -106,7 +107,10 @@ std::optional<double> NumberIn(const std::string& text) {
 }
 
 std::string Fixed(const std::optional<double>& value, int digits) {
-  return value ? fmt::format("{:.{}f}", *value, digits) : "-";
+  if (!value) return "-";
+  std::string text = fmt::format("{:.{}f}", *value, digits);
+  if (text[0] == '-' && text.find_first_not_of("-0.") == std::string::npos) text.erase(0, 1);
+  return text;
 }
 
 Quantity QuantityOf(const std::string& name) {
@@ -129,6 +133,11 @@ std::string Spoken(const std::string& sentence) {
 }
 
 std::string Digits(double value, int digits) { return fmt::format("{:.{}g}", value + 0.0, digits); }
+
+std::string Number(double value, int digits) {
+  const bool is_long = std::abs(value) >= std::pow(10, digits) && std::abs(value) < 1e6;
+  return is_long ? fmt::format("{:.0f}", value) : Digits(value, digits);
+}
 
 std::string PValue(double p) {
   return p < 0.001 ? fmt::format("{:.1e}", p) : fmt::format("{:.3f}", p);

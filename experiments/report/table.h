@@ -60,7 +60,7 @@ size_t Letters(const std::string& text);
 // The number that a text is as a whole, if it is one.
 std::optional<double> NumberIn(const std::string& text);
 
-// With so many digits behind the point; "-" for what is not there.
+// With so many digits behind the point; "-" for what is not there. No zero is below zero.
 std::string Fixed(const std::optional<double>& value, int digits);
 
 struct Quantity {
@@ -87,6 +87,9 @@ std::string Spoken(const std::string& sentence);
 
 // A number in so many significant digits at most.
 std::string Digits(double value, int digits = 4);
+
+// The same, but all digits before the point of what is below a million.
+std::string Number(double value, int digits = 4);
 
 // A probability of a test: 0.042, or 3.1e-05.
 std::string PValue(double p);

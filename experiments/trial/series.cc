@@ -79,12 +79,43 @@ Series Series::Of(const TrialLog& log, int every_frames) {
       row.collision_force_newton =
           std::max(row.collision_force_newton, log.frames[j].collision_force_newton);
     }
-    size_t at = 0;
-    VisitColumns(row, log.thrusters, [&]<class V>(const std::string&, const V& value) {
-      std::get<std::vector<V>>(series.columns_[at++].values).push_back(value);
-    });
+    series.Add(row);
   }
   return series;
+}
+
+void Series::Add(const FrameRecord& frame) {
+  size_t at = 0;
+  const std::vector<std::string> unnamed(voltages().size());
+  VisitColumns(frame, unnamed, [&]<class V>(const std::string&, const V& value) {
+    std::get<std::vector<V>>(columns_[at++].values).push_back(value);
+  });
+}
+
+template <class V>
+const std::vector<V>& Series::ColumnOf(const std::string& name) const {
+  const auto column = std::ranges::find(columns_, name, &Column::name);
+  TD_CHECK(column != columns_.end(), "a column of a log: " + name);
+  return std::get<std::vector<V>>(column->values);
+}
+const std::vector<double>& Series::Numbers(const std::string& name) const {
+  return ColumnOf<double>(name);
+}
+const std::vector<control::Stage>& Series::stages() const {
+  return ColumnOf<control::Stage>("stage");
+}
+const std::vector<int64_t>& Series::controlled() const { return ColumnOf<int64_t>("controlled"); }
+
+std::vector<std::string> Series::voltages() const {
+  std::vector<std::string> voltages = names();
+  std::erase_if(voltages, [](const std::string& name) { return !name.ends_with(kVolts); });
+  return voltages;
+}
+
+Pose Series::PoseAt(const std::string& of, size_t row) const {
+  const auto at = [&](const char* part) { return Numbers(of + part)[row]; };
+  return {Eigen::Quaterniond(at("_qw"), at("_qx"), at("_qy"), at("_qz")),
+          {at("_x_m"), at("_y_m"), at("_z_m")}};
 }
 
 std::vector<std::string> Series::names() const {
@@ -101,6 +132,17 @@ size_t Series::rows() const {
 Cell Series::At(size_t row, size_t column) const {
   return std::visit([row](const auto& values) -> Cell { return values[row]; },
                     columns_[column].values);
+}
+
+Series Series::From(size_t row) const {
+  Series rest = *this;
+  for (Column& column : rest.columns_)
+    std::visit(
+        [row](auto& values) {
+          values.erase(values.begin(), values.begin() + static_cast<ptrdiff_t>(row));
+        },
+        column.values);
+  return rest;
 }
 
 std::string Series::Csv() const {

@@ -36,6 +36,20 @@ class Series {
   std::vector<std::string> names() const;
   size_t rows() const;
   Cell At(size_t row, size_t column) const;
+  // The rows from that one on.
+  Series From(size_t row) const;
+
+  // A column of numbers by its name; the stage of each row, and whether it follows what is desired.
+  const std::vector<double>& Numbers(const std::string& name) const;
+  const std::vector<control::Stage>& stages() const;
+  const std::vector<int64_t>& controlled() const;
+  // The names of the thrusters' columns.
+  std::vector<std::string> voltages() const;
+  // "est", "true", "true_at_image" (of the marker in the camera head) or "vehicle" (in the world).
+  Pose PoseAt(const std::string& of, size_t row) const;
+
+  // A row more, of the same thrusters.
+  void Add(const FrameRecord& frame);
 
   // As trajectory.csv has it: names, then a line a row. Numbers read back exactly.
   std::string Csv() const;
@@ -46,6 +60,9 @@ class Series {
   static Series FromJson(const report::Json& json);
 
  private:
+  template <class V>
+  const std::vector<V>& ColumnOf(const std::string& name) const;
+
   std::vector<Column> columns_;
 };
 

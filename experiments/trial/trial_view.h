@@ -1,5 +1,5 @@
 #pragma once
-// How a trial is shown: what the video and the figure have in common.
+// How a trial is shown: what its pictures have in common.
 
 #include <array>
 #include <cmath>
@@ -46,6 +46,9 @@ inline ViewCriteria CriteriaOf(const Scenario& scenario) {
           .enter_y_m = p.enter_y_m,
           .enter_z_m = p.enter_z_m};
 }
+
+inline constexpr const char* kFitnessMeaning =
+    "F, fitness: how well both images agree with the estimated pose, -1 to 1; 1 is a perfect match";
 
 // "Area I", "Area II", "Area III".
 inline const char* AreaTitle(double fitness, const ViewCriteria& criteria) {

@@ -33,7 +33,8 @@ TEST(NumberIn, IsAllOfTheTextOrNothing) {
 
 TEST(Fixed, IsADashForWhatIsNotThere) {
   EXPECT_EQ(Fixed(1.25, 1), "1.2");  // to even
-  EXPECT_EQ(Fixed(-0.001, 2), "-0.00");
+  EXPECT_EQ(Fixed(-0.001, 2), "0.00");
+  EXPECT_EQ(Fixed(-0.006, 2), "-0.01");
   EXPECT_EQ(Fixed(std::nullopt, 3), "-");
 }
 

@@ -1,10 +1,10 @@
 // A trial while it runs: the view of a trial, fed by the program, with hands on it.
 
 import {h, button, fill, section, soon} from 'page/dom.js';
-import {clockText, fixed} from 'page/format.js';
+import {clockText, fixed, words} from 'page/format.js';
 import {Knobs} from 'page/knobs.js';
 import {Film, LiveClock} from 'page/live_clock.js';
-import {badge, head, plainTable, stages} from 'page/parts.js';
+import {badge, head, plainTable} from 'page/parts.js';
 import {Program} from 'page/program.js';
 import {Push} from 'page/push.js';
 import {circlesOf, TrialView} from 'page/trial.js';
@@ -96,7 +96,7 @@ class LivePage {
     fill(this.ground);
     const view = (this.trialView = new TrialView(
       this.ground,
-      {...this.trial, series: rows},
+      {...this.trial, ...rows},
       {clock: this.clock, controls: this.controls(), live: true},
     ));
     view.left.after(this.knobs.element);
@@ -207,9 +207,8 @@ class LivePage {
       this.heading,
       head({
         badge: badge(state, status.ended ? undefined : isOpen ? 'none' : 'bad'),
-        title: trial.description,
+        title: trial.title,
         reason: status.reason,
-        note: `seed ${trial.seed}`,
         facts,
       }),
     );
@@ -223,14 +222,28 @@ class LivePage {
       key,
       key === 'push' ? `${value} N` : value,
     ]);
-    const columns = ['time', 'key', 'value'].map(label => ({label}));
+    const stages = transitions.map(({frame, from, to, reason}) => {
+      const time = frame / trial.frames_per_second;
+      const text = clockText(time);
+      const onclick = () => this.clock.lookAt(time);
+      return [{text, title: `go to ${text}`, onclick}, words(from), words(to), reason];
+    });
+    const table = (labels, of) => plainTable({columns: labels.map(label => ({label})), rows: of});
     const note = last.length
       ? `${changes.length} in all, the last ones first; the trial’s record has every one of them.`
       : 'Nothing: its digest is that of a trial that nobody watched.';
     fill(
       this.below,
-      stages(transitions, trial.frames_per_second, time => this.clock.lookAt(time)),
-      section('Changed while it ran', {note}, last.length ? plainTable({columns, rows}) : null),
+      section(
+        'Stages',
+        {note: stages.length ? null : 'None yet.'},
+        stages.length ? table(['time', 'from', 'to', 'why'], stages) : null,
+      ),
+      section(
+        'Changed while it ran',
+        {note},
+        last.length ? table(['time', 'key', 'value'], rows) : null,
+      ),
     );
     this.drawHead();
   }

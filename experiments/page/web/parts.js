@@ -1,7 +1,7 @@
-// What every kind of page has: heading, badge, facts, commands, tables, stages, trials that are opened.
+// What every kind of page has: heading, badge, facts, commands, tables.
 
 import {button, fill, h, section} from 'page/dom.js';
-import {clockText, words} from 'page/format.js';
+import {words} from 'page/format.js';
 
 const kGood = new Set(['success', 'pass', 'none']);
 const kNeutral = new Set(['interrupted', 'inconclusive']);
@@ -21,14 +21,12 @@ const kMeaning = {
   hung: 'its process was stopped after its time limit',
   no_answer: 'a program that steers or sees for the vehicle did not answer',
 };
-export const kFitness =
-  'F, fitness: how well both images agree with the estimated pose, -1 to 1; 1 is a perfect match';
 
 /** A word with its tone, said by more than colour. */
 export const badge = (word, tone = toneOf(word)) =>
   h(
     'span',
-    {class: `badge ${tone}`, title: kMeaning[word]},
+    {class: `badge ${tone}`, title: kMeaning[word.replaceAll(' ', '_')]},
     h('span', {'aria-hidden': 'true'}, {good: '✓ ', bad: '✕ ', none: '• '}[tone]),
     words(word),
   );
@@ -108,29 +106,6 @@ export function plainTable({columns, rows}) {
     ),
   );
 }
-
-/** A trial's transitions: [{frame, from, to, reason}]; a click on one's time calls seek(time). */
-export const stages = (transitions, frames_per_second, seek) =>
-  section(
-    'Stages',
-    {},
-    transitions.length
-      ? h(
-          'ol',
-          {class: 'stages'},
-          transitions.map(({frame, from, to, reason}) => {
-            const time = frame / frames_per_second;
-            const at = clockText(time);
-            return h(
-              'li',
-              {},
-              button(at, () => seek(time), {class: 'link', title: `go to ${at}`}),
-              ` ${words(from)} → ${words(to)}: ${reason}`,
-            );
-          }),
-        )
-      : h('p', {class: 'note'}, 'None yet.'),
-  );
 
 /** Shows what was asked for below, where the keyboard goes on. */
 export function reveal(element) {

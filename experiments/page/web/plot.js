@@ -116,7 +116,7 @@ export class Plot {
       const series = this.panel.series.find(s => s.name === name);
       chip.style.setProperty('--color', ink(series.color));
       if (!this.sync.onSeek) return;
-      const isRead = finite(at) && series.mark !== 'band' && !series.opacity;
+      const isRead = finite(at) && series.mark !== 'band' && !(series.opacity < 1);
       const y = isRead ? series.y[lastAt(series.x, at)] : NaN;
       const value = finite(y) ? number(y, 3) : '';
       if (chip.lastChild.textContent !== value) chip.lastChild.textContent = value;
@@ -214,7 +214,7 @@ export class Plot {
     const names = this.namedRules().map(rule => rule.name);
     const left = isAligned ? 58 : hasAxes ? room : 0;
     const second = y2.label ? 62 : 46;
-    const right = width - (isAligned ? 42 : isSecond ? second : Math.max(8, widest(names) + 8));
+    const right = width - (isAligned ? 56 : isSecond ? second : Math.max(8, widest(names) + 8));
     this.box = {left, right, top, bottom};
     this.X = new Scale(range, left, right, x);
     if (panel.equal) this.makeEqual();

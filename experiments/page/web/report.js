@@ -2,8 +2,9 @@
 // (experiments/report/report.h). Knows no study.
 
 import {h, section} from 'page/dom.js';
-import {badge, command, head, plainTable, reveal, scrolled} from 'page/parts.js';
+import {badge, command, facts, head, plainTable, reveal, scrolled} from 'page/parts.js';
 import {Plot, Sync} from 'page/plot.js';
+import {Stack} from 'page/stack.js';
 import {openTrials} from 'page/trial.js';
 
 const kHeight = 250; // of a plot, in pixels
@@ -58,7 +59,8 @@ function goTo(id) {
   reveal(rows.find(row => row.textContent.includes(words)) || place);
 }
 
-function drawSection(part, view) {
+/** view: {plots: filled with those drawn, open(id), isLink(id), sync: of stacked panels, if it has one}. */
+export function drawSection(part, view) {
   const {title, note, lines, table, panels, stacked, commands = []} = part;
   const wide = part.wide || Boolean(table);
   return section(
@@ -71,6 +73,7 @@ function drawSection(part, view) {
           lines.map(line => h('li', {}, line)),
         )
       : null,
+    part.facts?.length ? facts(part.facts) : null,
     panels?.length ? drawPanels(panels, {stacked, wide}, view) : null,
     table ? plainTable(linked(table, view)) : null,
     commands.map(command),
@@ -87,22 +90,23 @@ function linked({columns, rows}, {isLink, open}) {
 }
 
 function drawPanels(panels, {stacked, wide}, view) {
-  const sync = stacked ? new Sync() : null;
-  const isBroad = wide && panels.length > 1 && !stacked;
-  return h(
-    'div',
-    {class: stacked ? 'traces' : isBroad ? 'plots two' : 'plots'},
-    panels.map(panel => {
-      const rows = panel.y?.names?.length;
-      const height = rows ? 50 + 24 * rows : stacked ? 150 : panel.equal ? 360 : kHeight;
-      const cell = h('div');
-      const onPick = panel.series.some(series => series.links?.some(view.isLink))
-        ? (series, i) => view.open(series.links[i])
-        : null;
-      view.plots.push(new Plot(cell, panel, {height, onPick, sync}));
-      if (onPick)
-        cell.append(h('p', {class: 'note hint'}, 'A click shows what is behind a point.'));
-      return cell;
-    }),
-  );
+  const ground = h('div');
+  if (stacked) {
+    view.stack = new Stack(ground, panels, view.sync || new Sync());
+    view.plots.push(...view.stack.plots);
+    return ground;
+  }
+  ground.className = wide && panels.length > 1 ? 'plots two' : 'plots';
+  for (const panel of panels) {
+    const rows = panel.y?.names?.length;
+    const height = rows ? 50 + 24 * rows : panel.equal ? 360 : kHeight;
+    const cell = h('div');
+    const onPick = panel.series.some(series => series.links?.some(view.isLink))
+      ? (series, i) => view.open(series.links[i])
+      : null;
+    view.plots.push(new Plot(cell, panel, {height, onPick}));
+    if (onPick) cell.append(h('p', {class: 'note hint'}, 'A click shows what is behind a point.'));
+    ground.append(cell);
+  }
+  return ground;
 }

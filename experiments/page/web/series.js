@@ -76,6 +76,3 @@ export function inverse(A) {
   const q = [0, 0, 0, A[3], -A[4], -A[5], -A[6]];
   return [...rotate(q, A).map(x => -x), ...q.slice(3)];
 }
-/** Heading of a pose in rad: about z, of yaw, pitch, roll. */
-export const yawOf = ([, , , w, x, y, z]) =>
-  Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));

@@ -1,29 +1,31 @@
-// One trial: how it ended, what happened, in plots, pictures and 3D. The live page feeds the same view.
+// One trial: its report's sections, of which some are for hands and eyes, on one clock. The live page feeds the same view.
 
 import {h, button, choice, section, soon} from 'page/dom.js';
 import {addressOf, has, load} from 'page/data.js';
-import {clockText, fixed, measured, number, shown, spoken, words} from 'page/format.js';
+import {clockText, fixed, spoken, words} from 'page/format.js';
 import {Cameras} from 'page/cameras.js';
 import {Clock} from 'page/clock.js';
+import {badge, command, facts, reveal} from 'page/parts.js';
+import {Sync} from 'page/plot.js';
+import {drawHead, drawSection} from 'page/report.js';
 import {Scene3d} from 'page/scene3d.js';
 import {Series, compose, inverse} from 'page/series.js';
-import {Traces} from 'page/traces.js';
-import {badge, command, facts, head, kFitness, plainTable, reveal, stages} from 'page/parts.js';
 
 const kLiveEvery_ms = 150; // between two drawings of growing traces
 const kBeforeEnd_s = 0.5; // where a trial that has ended is shown
 
 /** What main.js calls for a trial's report. */
 export function show(host, model) {
+  drawHead(host, model);
   const view = new TrialView(host, model, {video: has('video')});
   view.clock.seek(view.series.end - kBeforeEnd_s);
   return view;
 }
 
 /**
- * Opens trials in an element: {title, outcome, reason, facts, note, commands, model, series}; model and series are
- * names of the page's parts, or what those hold. Their traces are on one clock, which stands where the first of them
- * ends.
+ * Opens trials in an element: {title, outcome, reason, facts, note, commands, model, series}; model and series (traces:
+ * {series, sections}) are names of the page's parts, or what those hold. Their traces are on one clock, which stands
+ * where the first of them ends.
  */
 export async function openTrials(element, {title, note, trials}) {
   const clock = new Clock();
@@ -48,9 +50,10 @@ export async function openTrials(element, {title, note, trials}) {
       ),
     );
     const model = await held(trial.model);
-    const series = (await held(trial.series)) || model?.series;
-    if (!model || !series) continue;
-    const view = new TrialView(box, {...model, series, record: null}, {clock});
+    const {series, sections} = (await held(trial.series)) || model || {};
+    if (!series) continue;
+    const traces = sections.filter(({player, stacked}) => player || stacked);
+    const view = new TrialView(box, {...model, series, sections: traces}, {clock});
     ends.push(view.series.end);
   }
   if (ends.length) {
@@ -65,48 +68,68 @@ const held = part => (typeof part === 'string' ? load(part) : part);
 
 export class TrialView {
   /**
-   * model: of a trial; its record, if it has one, is shown, too. options: {video: the page brings a film along, which
-   * takes the pictures' place once it is played, clock, controls: elements for the bar, live: rows and pictures come as
-   * the trial goes on}.
+   * model: of a trial, with series and the sections to show. options: {video: the page brings a film along, which takes
+   * the pictures' place once it is played, clock, controls: elements for the bar, live: rows and pictures come as the
+   * trial goes on}.
    */
   constructor(host, model, {video = false, clock = new Clock(), controls = [], live = false} = {}) {
-    const series = new Series(model.series);
-    Object.assign(this, {model, series, clock, live});
-    if (model.record) host.append(...head(heading(model)));
+    Object.assign(this, {model, clock, live, hasFilm: video, plots: []});
+    this.series = new Series(model.series);
+    this.sync = new Sync(time => this.seek(time));
     this.transport(host, controls);
     this.left = h('div', {class: 'column view'});
-    const {docking_fitness: I, detection_fitness: II} = model.limits;
-    const areas = `Area I, from ${fixed(I, 2)}: it may dock; Area II, from ${fixed(II, 2)}: detected; Area III: not.`;
-    const plots = section('What happened', {note: `${kFitness}. ${areas}`});
-    const rest = (this.rest = h('div', {class: 'column rest'}));
-    host.append(h('div', {class: 'trial-grid'}, this.left, plots, rest));
-    if (model.scene) this.addScene();
-    this.cameraBox = section('Cameras', {
-      note: video ? 'The film is loaded when it is played.' : null,
-    });
-    this.left.append(this.cameraBox);
-    this.cameras = new Cameras(this.cameraBox, model);
-    this.hasFilm = video;
-    this.traces = new Traces(plots, model, series, clock);
+    this.middle = h('div', {class: 'column middle'});
+    this.rest = h('div', {class: 'column rest'});
+    host.append(h('div', {class: 'trial-grid'}, this.left, this.middle, this.rest));
+    for (const part of model.sections) this.place(part, host);
     this.updateSoon = soon(
       () => this.update(),
       live ? draw => setTimeout(draw, kLiveEvery_ms) : requestAnimationFrame,
     );
-    clock.setEnd(series.end);
-    clock.on(() => this.show());
+    clock.setEnd(this.series.end);
+    clock.on(() => {
+      // where the clock follows growing rows, the cursor moves with them: see update
+      if (!(clock.follow && clock.playing)) this.sync.setCursor(clock.time);
+      this.show();
+    });
     this.show();
-    if (model.record) this.drawRest(host, rest);
   }
 
-  /** Rows that came after; the same columns. */
-  append(columns) {
-    this.series.append(columns);
+  /** Draws a section where its kind has its place. */
+  place(part, host) {
+    if (part.player === 'replay' && !this.model.scene) return;
+    const {middle, rest} = this;
+    const column = part.player ? this.left : part.stacked ? middle : part.wide ? host : rest;
+    const box = drawSection(part, this);
+    column.append(box);
+    if (part.player === 'replay') this.addScene(box);
+    if (part.player === 'cameras') this.addCameras(box);
+  }
+
+  /** Links of sections are times, "t=12.3". */
+  isLink(link) {
+    return /^t=/.test(link);
+  }
+  open(link) {
+    this.seek(Number(link.slice(2)));
+  }
+  seek(time) {
+    this.clock.pause();
+    this.clock.lookAt(time);
+  }
+
+  /** Rows that came after: {series, sections}, the same columns and curves. */
+  append({series, sections}) {
+    this.series.append(series);
+    const {panels} = sections.find(({stacked}) => stacked);
+    this.isNew ? this.stack.set(panels) : this.stack.grow(panels);
+    this.isNew = false;
     this.clock.setEnd(this.series.end);
     this.updateSoon();
   }
   update() {
     if (!this.series.length) return;
-    this.traces.update();
+    if (this.clock.follow) this.sync.setCursor(this.clock.time);
     this.scene?.setSeries(this.series);
     this.show();
   }
@@ -114,37 +137,10 @@ export class TrialView {
   /** Another trial of the same scenario begins: its rows will follow. */
   restart(model) {
     this.model = model;
+    this.isNew = true;
     this.series.clear();
     this.clock.setEnd(0);
     this.clock.seek(0);
-  }
-
-  drawRest(host, rest) {
-    const {model, clock} = this;
-    const seek = time => {
-      clock.pause();
-      clock.seek(time);
-    };
-    const {transitions} = model.record;
-    if (transitions.length) rest.append(stages(transitions, model.frames_per_second, seek));
-    rest.append(
-      section(
-        'Settings that differ',
-        {note: 'From what every scenario begins with.'},
-        model.settings?.length
-          ? plainTable({
-              columns: [{label: 'key'}, {label: 'here'}, {label: 'default'}],
-              rows: model.settings.map(({key, value, default: usual}) => [
-                key,
-                value,
-                usual || '–',
-              ]),
-            })
-          : h('p', {}, 'None.'),
-      ),
-      section('Again', {}, model.commands.map(command)),
-    );
-    host.append(section('All figures', {}, facts(flat(withoutNoise(model), model.names))));
   }
 
   transport(host, controls) {
@@ -183,14 +179,18 @@ export class TrialView {
     if (document.activeElement !== this.speed) this.speed.value = String(factor);
   }
 
-  addScene() {
-    const box = section(this.live ? '3D' : '3D replay');
-    this.left.append(box);
+  addScene(box) {
     this.scene = new Scene3d(box, this.model);
     this.scene.ready.then(() => {
       this.scene.setSeries(this.series);
       this.show();
     });
+  }
+
+  addCameras(box) {
+    if (this.hasFilm) box.append(h('p', {class: 'note'}, 'The film is loaded when it is played.'));
+    this.cameraBox = box;
+    this.cameras = new Cameras(box, this.model);
   }
 
   addFilm() {
@@ -283,72 +283,3 @@ export class TrialView {
 /** What the circles in a picture are. */
 export const circlesOf = ({isFound}) =>
   isFound ? 'with its estimate' : 'in which nothing was detected: the faint circles are a guess';
-
-/** The record without what is noise: the estimate where nothing is detected, and what never began, are null. */
-function withoutNoise({record, series, limits}) {
-  const rows = new Series(series);
-  const F = rows.at('fitness', rows.indexAt(record.time_s)) ?? record.fitness_best;
-  const hasServoed = record.transitions.some(({to}) => to === 'visual_servoing');
-  return {
-    ...record,
-    ...(F >= limits.detection_fitness ? {} : {final_error_estimated: null}),
-    ...(hasServoed ? {} : {tracking_rms_m: null, overshoot_m: null}),
-    ...(record.insertion_depth_m > 0 ? {} : {insertion_depth_m: null}),
-  };
-}
-
-/** What is looked for first in a trial's record. */
-function heading(model) {
-  const {description, seed, sight_m, missing} = model;
-  const record = withoutNoise(model);
-  const e = record.final_error_true || {};
-  const error_mm = ['x', 'y', 'z']
-    .map(axis => `${axis} ${fixed(1000 * e[`${axis}_m`], 0)}`)
-    .join(', ');
-  const depth_m = record.insertion_depth_m;
-  const fact = (label, value, note) => ({label, value, note});
-  return {
-    badge: badge(record.outcome),
-    title: description,
-    reason: spoken(record.reason),
-    note: [`seed ${seed}`, sight_m && `one could see ${number(sight_m, 2)} m`]
-      .filter(Boolean)
-      .join(', '),
-    missing,
-    facts: [
-      fact('time', clockText(record.time_s)),
-      fact('true error', `${error_mm} mm`, 'of x, y and z at that time'),
-      fact('yaw', `${fixed((e.yaw_rad * 180) / Math.PI, 1)}°`, 'true error at that time'),
-      fact('F, mean', fixed(record.fitness_mean, 2), `over all frames. ${kFitness}`),
-      fact(
-        'pole in',
-        depth_m === null ? '–' : `${fixed(depth_m * 1000, 0)} mm`,
-        'depth of the pole’s tip past the dock’s mouth, at the end',
-      ),
-      fact(
-        'false confidence',
-        `${fixed(record.false_confidence_s, 1)} s`,
-        'in which the estimate claimed to be nearer than it was',
-      ),
-      fact('returns', String(record.returns_to_servoing), 'from docking to visual servoing'),
-    ],
-  };
-}
-
-/** A record's values with their keys dotted: [{label, value, note: key}]. */
-function flat(record, names, path = '') {
-  return Object.entries(record).flatMap(([key, value]) => {
-    const name = path ? `${path}.${key}` : key;
-    if (['transitions', 'reason', 'log'].includes(key)) return [];
-    if (value && typeof value === 'object' && !Array.isArray(value))
-      return flat(value, names, name);
-    const {label, unit, factor} = names[name];
-    const text =
-      typeof value === 'number'
-        ? measured(number(value * factor), unit)
-        : Array.isArray(value)
-          ? value.map(shown).join(', ') || 'none'
-          : shown(value);
-    return {label, value: text, note: name};
-  });
-}

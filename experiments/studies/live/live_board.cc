@@ -4,7 +4,7 @@
 
 #include "experiments/media/jpeg.h"
 #include "experiments/page/trial_page.h"
-#include "experiments/trial/series.h"
+#include "experiments/trial/trial_report.h"
 
 namespace turbidock::live {
 namespace {
@@ -12,6 +12,7 @@ namespace {
 using report::Json;
 
 constexpr int kJpegQuality = 80;
+constexpr int kDigits = 6;
 // Messages on the way to a tab: one to be shown while the next travels.
 constexpr int64_t kMostUnderWay = 2;
 constexpr size_t kMostCommands = 10'000;  // that nobody has looked at
@@ -64,7 +65,9 @@ class LiveBoard::LiveTab : public serve::Tab {
 
   std::optional<std::string> Next() override {
     Json head = Json::object();
-    trial::TrialLog rows;
+    std::optional<trial::Series> rows;
+    trial::ViewCriteria criteria;
+    size_t first_row = 0;
     std::shared_ptr<Picture> picture;
     {
       const std::lock_guard lock(board_.mutex_);
@@ -78,13 +81,14 @@ class LiveBoard::LiveTab : public serve::Tab {
           head["transitions"] = TakeNext(board_.transitions_, &transitions_);
         if (changes_ < board_.changes_.size())
           head["changes"] = TakeNext(board_.changes_, &changes_);
-        rows = {board_.log_.thrusters, TakeNext(board_.log_.frames, &rows_)};
+        // with a trial even if it has none yet: the page is built from its columns
+        first_row = std::exchange(rows_, board_.log_.rows());
+        if (first_row < rows_ || head.contains("trial")) rows = board_.log_;
+        criteria = board_.criteria_;
         if (picture_ != board_.picture_) picture = picture_ = board_.picture_;
       }
     }
-    // with a trial even if it has none yet: the page is built from its columns
-    if (!rows.frames.empty() || head.contains("trial"))
-      head["rows"] = page::Rounded(trial::Series::Of(rows));
+    if (rows) head["rows"] = page::TracesModel(*rows, criteria, kDigits, first_row);
     if (head.empty() && !picture) return std::nullopt;
     head["n"] = ++sent_;
     if (!picture) return Framed(head, "", "");
@@ -127,7 +131,7 @@ void LiveBoard::Show(const LiveSession& session, bool whole_images, double real_
   if (is_other) news["trial"] = {session.trial_number(), page::TrialModel(session.began())};
   if (const int64_t number = session.settings_number(); number != parts_.at("controls").number) {
     news["controls"] = {number, ControlsModel(session.settings())};
-    news["sight_m"] = {number, page::SightModel(session.settings())};
+    news["sight_m"] = {number, page::Rounded(trial::Sight_m(session.settings()), 3)};
   }
   news["status"] = {parts_.at("status").number + 1, StatusOf(session, real_time_factor)};
   std::shared_ptr<Picture> picture;
@@ -138,13 +142,14 @@ void LiveBoard::Show(const LiveSession& session, bool whole_images, double real_
 
   const std::lock_guard lock(mutex_);
   if (is_other) {
-    log_ = {.thrusters = session.log().thrusters, .frames = {}};
+    log_ = trial::Series(session.log().thrusters);
+    criteria_ = trial::CriteriaOf(session.began());
     transitions_.clear();
     changes_.clear();
     picture_ = nullptr;
   }
   for (auto& [name, part] : news) parts_[name] = std::move(part);
-  TakeNew(frames, &log_.frames);
+  for (size_t i = log_.rows(); i < frames.size(); ++i) log_.Add(frames[i]);
   TakeNew(session.transitions(), &transitions_);
   TakeNew(session.changes(), &changes_);
   if (picture) picture_ = picture;

@@ -14,7 +14,9 @@
 #include "experiments/report/json.h"
 #include "experiments/serve/server.h"
 #include "experiments/studies/live/live_session.h"
+#include "experiments/trial/series.h"
 #include "experiments/trial/trial_record.h"
+#include "experiments/trial/trial_view.h"
 #include "sim/base/image.h"
 
 namespace turbidock::live {
@@ -26,7 +28,7 @@ namespace turbidock::live {
 //   controls     what can be set, with values
 //   sight_m      how far one can see in the water as it is set, or null
 //   status       going, speed, frame, ended and so on
-//   rows         columns of a trajectory: the rows since the last message
+//   rows         traces of a trial (page/trial_page.h): the rows since the last message
 //   transitions, changes   those since the last message
 //   pictures     {frame, left, right}: the frame they belong to, and their sizes in bytes
 //   problem      a sentence about this tab's last command
@@ -69,7 +71,8 @@ class LiveBoard {
   // what the session showed last
   std::map<std::string, Part> parts_ = {
       {"trial", {}}, {"controls", {}}, {"sight_m", {}}, {"status", {}}};
-  trial::TrialLog log_;
+  trial::Series log_;
+  trial::ViewCriteria criteria_;
   std::vector<control::Transition> transitions_;
   std::vector<trial::Change> changes_;
   std::shared_ptr<Picture> picture_;

@@ -16,11 +16,10 @@
 #include "experiments/page/trial_page.h"
 #include "experiments/report/json.h"
 #include "experiments/report/table.h"
-#include "experiments/studies/run/trial_figure.h"
 #include "experiments/studies/run/trial_video.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/motion.h"
-#include "experiments/trial/trial_view.h"
+#include "experiments/trial/trial_report.h"
 #include "sim/base/units.h"
 #include "vision/overlay.h"
 
@@ -191,13 +190,11 @@ void RequireOutputs(const ShownTrialOptions& shown) {
 // What is drawn of a trial that has ended: its figure and its page.
 void WritePictures(const trial::Scenario& scenario, const trial::TrialResult& result,
                    const ShownTrialOptions& shown) {
-  const FigureInfo figure{.title = TitleOf(scenario),
-                          .outcome = fmt::format("{}: {}", report::Words(NameOf(result.outcome)),
-                                                 report::Spoken(result.reason)),
-                          .criteria = trial::CriteriaOf(scenario)};
-  if (!shown.figure.empty()) WriteTrialFigure(shown.figure, result.log, figure);
+  const report::Figure figure = media::FigureOf(
+      trial::ReportOf(scenario, report::Json(result), trial::Series::Of(result.log)));
+  if (!shown.figure.empty()) media::WriteFigure(shown.figure, figure);
   if (!shown.out) return;
-  WriteTrialFigure(*shown.out + "/figure.png", result.log, figure);
+  media::WriteFigure(*shown.out + "/figure.png", figure);
   if (!shown.report) return;
   page::WritePage(*shown.out + "/report.html", page::TrialPage(*shown.out, scenario.plugins));
 }
@@ -227,7 +224,7 @@ trial::TrialOptions Followed(const trial::Scenario& scenario, command::Progress*
 trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTrialOptions& shown) {
   RequireOutputs(shown);
   command::Progress progress(shown.quiet);
-  progress.Say(TitleOf(scenario));
+  progress.Say(trial::TitleOf(scenario));
   Kept kept(scenario, shown);
   trial::TrialResult result = trial::RunTrial(scenario, Followed(scenario, &progress, &kept));
   progress.Say(Summary(result));

@@ -3,19 +3,17 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
+#include <iterator>
 #include <sstream>
 #include <utility>
 
-#include "control/axes.h"
 #include "experiments/media/draw_balls.h"
 #include "experiments/report/table.h"
-#include "sim/base/units.h"
+#include "experiments/trial/trace_panels.h"
+#include "experiments/trial/trial_report.h"
 
 namespace turbidock::run {
 namespace {
-
-using units::MmFromM;
 
 constexpr media::PixelRect kLeftPanel{0, 0, 640, 480}, kRightPanel{640, 0, 640, 480};
 constexpr media::PixelRect kSpectatorPanel{0, 480, 320, 240};
@@ -28,7 +26,10 @@ constexpr Rgb kGround{15, 20, 26};
 constexpr Rgb kText{232, 237, 242};
 constexpr Rgb kFaintText{176, 186, 196};
 constexpr double kTextSize = 14, kSmallSize = 12;
-constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
+
+// The panels beside the spectator's view, column by column.
+constexpr trial::Trace kCharts[] = {trial::Trace::kFitness, trial::Trace::kX, trial::Trace::kY,
+                                    trial::Trace::kZ};
 
 // Text on a dark, half transparent plate: readable on any image. Returns the column behind the
 // plate.
@@ -42,18 +43,6 @@ int DrawPlate(media::Canvas* canvas, int x, int y, const std::string& text, Rgb 
   canvas->Text({static_cast<double>(left + kPadding), y + 17.0}, text, kTextSize, color,
                media::Align::kLeft, bold);
   return left + width;
-}
-
-// Desired below, then truth, the estimate on top.
-media::StripChartSpec PositionSpec(const char* title, double low_mm, double high_mm,
-                                   double duration_s) {
-  return {.title = title,
-          .low = low_mm,
-          .high = high_mm,
-          .time_span_s = duration_s,
-          .series = {{.color = trial::kOnDark.desired, .width_px = 1.2, .drives_range = true},
-                     {.color = trial::kOnDark.truth, .width_px = 2.8, .drives_range = true},
-                     {.color = trial::kOnDark.estimate, .width_px = 1.2}}};
 }
 
 // The text in lines no wider than that.
@@ -73,28 +62,14 @@ std::vector<std::string> Wrapped(const std::string& text, double width_px, doubl
 
 }  // namespace
 
-std::string TitleOf(const trial::Scenario& scenario) {
-  return fmt::format("{}, seed {}", scenario.description, scenario.seed);
-}
-
 VideoComposer::VideoComposer(const trial::Scenario& scenario)
     : criteria_(trial::CriteriaOf(scenario)),
-      title_(TitleOf(scenario)),
+      title_(trial::TitleOf(scenario)),
       envelope_ratio_(scenario.marker.outer_ring_ratio),
       canvas_(kVideoWidth, kVideoHeight) {
   const double duration_s = scenario.duration_s + scenario.docked_hold_s;
-  media::StripChartSpec fitness{.title = "F",
-                                .low = -0.2,
-                                .time_span_s = duration_s,
-                                .decimals = 2,
-                                .limits = {criteria_.docking_fitness, criteria_.detection_fitness},
-                                .series = {{.color = trial::kOnDark.estimate}}};
-  media::StripChartSpec x = PositionSpec("x, mm", 0, 800, duration_s);
-  x.limits = {MmFromM(criteria_.docked_x_m)};
-  for (const media::StripChartSpec& spec :
-       {fitness, x, PositionSpec("y, mm", -100, 100, duration_s),
-        PositionSpec("z, mm", -100, 100, duration_s)})
-    charts_.emplace_back(spec, kChartWidth, kChartHeight);
+  for (size_t i = 0; i < std::size(kCharts); ++i)
+    charts_.emplace_back(duration_s, kChartWidth, kChartHeight);
 }
 
 const media::Canvas& VideoComposer::Compose(const VideoFrame& frame) {
@@ -112,7 +87,10 @@ const media::Canvas& VideoComposer::Compose(const VideoFrame& frame) {
   DrawStatus(record);
   if (frame.spectator) canvas_.DrawImage(*frame.spectator, kSpectatorPanel);
   DrawPlate(&canvas_, 10, kSpectatorPanel.bottom() - 34, "from outside", kFaintText);
-  DrawCharts(record);
+  if (series_.columns().empty())
+    series_ = trial::Series(std::vector<std::string>(record.command.volts.size()));
+  series_.Add(record);
+  DrawCharts();
   DrawLegend();
   return canvas_;
 }
@@ -145,39 +123,29 @@ void VideoComposer::DrawStatus(const trial::FrameRecord& record) {
             media::Align::kRight);
 }
 
-void VideoComposer::DrawCharts(const trial::FrameRecord& record) {
-  const bool detected = record.fitness >= criteria_.detection_fitness;
+void VideoComposer::DrawCharts() {
+  const size_t rows = series_.rows();
+  const auto panels = [&](size_t first_row) {
+    return trial::TracePanels(series_, criteria_, {first_row, trial::kOnDark});
+  };
+  const std::vector<report::Panel> news = panels(rows < 2 ? 0 : rows - 2);
   for (size_t i = 0; i < charts_.size(); ++i) {
-    media::StripChart& chart = charts_[i];
+    media::PanelChart& chart = charts_[i];
+    const auto trace = static_cast<size_t>(kCharts[i]);
+    if (!chart.Add(news[trace])) chart.Draw(panels(0)[trace]);
     const int x = kSpectatorPanel.width + static_cast<int>(i / 2) * kChartWidth;
     const int y = kChartsTop + kLegendHeight + static_cast<int>(i % 2) * kChartHeight;
-    media::StripValues row{.time_s = record.time_s, .values = {record.fitness}};
-    if (i > 0) {
-      const auto mm = [&](const auto& pose) {
-        return MmFromM(control::ToAxes(pose)[static_cast<Eigen::Index>(i - 1)]);
-      };
-      // where nothing is followed there is nothing desired; what is not detected has no position
-      const double desired = record.controlled ? mm(record.desired) : kGap;
-      row.values = {desired, mm(record.true_at_image_X_HM),  // as the pictures show it
-                    detected ? mm(record.est_X_HM) : kGap};
-      const double allowed = i == 1 ? kGap : MmFromM(criteria_.Allowed_m(record.stage)[i - 2]);
-      row.band_low = desired - allowed;
-      row.band_high = desired + allowed;
-    }
-    chart.Add(row);
     chart.DrawTo(&canvas_, x, y);
     // the values of now, in columns above the chart's right end
-    const auto write = [&](double from_right, const std::string& text, Rgb color) {
-      canvas_.Text({x + chart.plot().right() - from_right, y + 14.0}, text, kSmallSize, color,
-                   media::Align::kRight);
-    };
-    const auto whole = [](double mm) { return fmt::format("{:.0f}", std::round(mm) + 0.0); };
-    if (i > 0) write(0, whole(row.values[1]), trial::kOnDark.truth);
-    write(i == 0 ? 0 : 44,
-          i == 0     ? fmt::format("{:.2f}", record.fitness)
-          : detected ? whole(row.values[2])
-                     : "lost",
-          trial::kOnDark.estimate);
+    double right = x + chart.plot().right();
+    for (const report::Series& series : news[trace].series) {
+      if (series.mark != report::Mark::kLine) continue;
+      const double value = series.points.back().y;
+      const int digits = kCharts[i] == trial::Trace::kFitness ? 2 : 0;
+      const std::string text = std::isfinite(value) ? report::Fixed(value, digits) : "lost";
+      canvas_.Text({right, y + 14.0}, text, kSmallSize, series.color, media::Align::kRight);
+      right -= 44;
+    }
   }
 }
 

@@ -5,8 +5,9 @@
 #include <vector>
 
 #include "experiments/media/canvas.h"
-#include "experiments/media/strip_chart.h"
+#include "experiments/media/panel_chart.h"
 #include "experiments/trial/scenario.h"
+#include "experiments/trial/series.h"
 #include "experiments/trial/trial_record.h"
 #include "experiments/trial/trial_view.h"
 #include "sim/base/image.h"
@@ -15,9 +16,6 @@
 namespace turbidock::run {
 
 inline constexpr int kVideoWidth = 1280, kVideoHeight = 720;
-
-// "night sea, active marker, seed 1".
-std::string TitleOf(const trial::Scenario& scenario);
 
 // What one frame of the film shows. The balls are those of the estimated pose, in pixels of the
 // images.
@@ -29,8 +27,8 @@ struct VideoFrame {
 };
 
 // Composes the pictures, 1280 x 720: both camera images with the estimated marker as circles (the
-// inner one dotted, in the ball's colour) and below them the spectator's view beside charts of F,
-// x, y and z.
+// inner one dotted, in the ball's colour) and below them the spectator's view beside the trial's
+// panels of F, x, y and z (trace_panels.h) so far.
 class VideoComposer {
  public:
   explicit VideoComposer(const trial::Scenario& scenario);
@@ -42,14 +40,15 @@ class VideoComposer {
 
  private:
   void DrawStatus(const trial::FrameRecord& record);
-  void DrawCharts(const trial::FrameRecord& record);
+  void DrawCharts();
   void DrawLegend();
 
   trial::ViewCriteria criteria_;
   std::string title_;
   double envelope_ratio_;  // radius of the model's outer circle over that of the ball
   media::Canvas canvas_;
-  std::vector<media::StripChart> charts_;  // F, x, y, z
+  trial::Series series_;                   // so far
+  std::vector<media::PanelChart> charts_;  // of kCharts
 };
 
 }  // namespace turbidock::run

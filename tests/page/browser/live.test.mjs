@@ -359,7 +359,7 @@ test('a trial that has ended is shown again, and takes no hands', async () => {
       const {clock, trialView: view} = globalThis.turbidock;
       return {
         time: clock.time,
-        cursor: view.traces.sync.cursor,
+        cursor: view.sync.cursor,
         now: view.now.textContent,
         caption: view.cameras.caption.textContent,
       };

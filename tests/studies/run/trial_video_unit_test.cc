@@ -152,8 +152,8 @@ TEST(VideoComposer, FitnessRunsAtItsHeight) {
   };
   const double low = row_of(0.0), middle = row_of(0.4), high = row_of(0.8);
   EXPECT_NEAR(low - middle, middle - high, 1.0);
-  // range 1.2 over the plot of the upper chart
-  EXPECT_NEAR(low - high, 0.8 / 1.2 * 73, 3);
+  // the range of F, half as much again, over the plot of the upper chart
+  EXPECT_NEAR(low - high, 0.8 / (1.5 * 1.27) * 73, 3);
 }
 
 // The pixels that differ between two pictures, in columns and rows from there to there.
@@ -210,7 +210,7 @@ TEST(VideoComposer, ZeroHasNoSign) {
   const StereoImage images{{Image3u8(640, 480), Image3u8(640, 480)}};
   const auto at = [&](double y_m) {
     trial::FrameRecord record = Record(0, 0.8);
-    record.true_at_image_X_HM.p.y() = record.est_X_HM.p.y() = y_m;
+    record.true_X_HM.p.y() = record.est_X_HM.p.y() = y_m;
     return VideoComposer({}).Compose({images, kNone, record}).ToImage();
   };
   EXPECT_EQ(Differing(at(-0.0003), at(0.0003), {1160, 502, 110, 16}), 0);
