@@ -230,10 +230,16 @@ report::Report ReportOf(const BatchSummary& summary) {
   }
   if (!summary.groups.empty())
     report.sections.push_back(GroupSection(summary.keys, summary.groups, summary.rule.precision));
-  if (!summary.all.failures.empty()) report.sections.push_back(FailureTable(summary.all));
+  if (summary.trials > 0) report.sections.push_back(FailureTable(summary.all));
   if (summary.failures) report.sections.push_back(*summary.failures);
   if (IsBatch(summary) && !summary.groups.empty())
     report.sections.push_back(LimitsSection(summary));
+  if (summary.trials == 0) return report;
+  for (const auto& [title, player] : {std::pair{"Success by anything", "success"},
+                                      {"Time to dock", "times"},
+                                      {"True error when it ended", "errors"},
+                                      {"Trials", "trials"}})
+    report.sections.push_back({.title = title, .player = player});
   return report;
 }
 

@@ -156,7 +156,11 @@ report::Section FailureTable(const GroupSummary& group) {
                report::Fixed(100 * static_cast<double>(count) / all, 1),
                MeaningOf(word.get<trial::Failure>())});
   }
-  return {.title = "Failures", .note = "One word a trial: why it did not succeed.", .table = table};
+  report::Section section{.title = "Failures", .wide = true, .player = "failures"};
+  if (table.rows().empty()) return section;
+  section.note = "One word a trial: why it did not succeed.";
+  section.table = table;
+  return section;
 }
 
 bool LessByValue(const std::vector<std::string>& a, const std::vector<std::string>& b) {

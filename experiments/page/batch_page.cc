@@ -74,18 +74,18 @@ Page BatchPage(const batch::ResultStore& store, const std::string& file,
   const std::vector<StoredTrial> trials = store.Trials();
   Page page;
   Json& model = page.model;
-  model = {{"kind", "batch"},
-           {"kind_title", header.kind == "batch" ? "batch" : header.kind + ": its trials"},
-           {"build", header.build},
-           {"replay", header.kind == "batch" ? Json(ReplayOf(file)) : Json()},
-           {"meanings", MeaningsOf()},
-           {"success", batch::ChartsOf(header, trials)},
-           {"rows", trials.size()},
-           {"columns", ColumnsOf(trials)},
-           {"parameters", ParametersOf(header.keys, trials)},
-           {"names", Json::object()},
-           {"series_trials", Json::array()},
-           {"missing", Json::array()}};
+  const batch::BatchSummary summary = batch::SummaryOf(store, file, options.report);
+  model = report::Document(batch::ReportOf(summary), Json::object())["report"];
+  model.update({{"kind", "batch"},
+                {"kind_title", header.kind == "batch" ? "batch" : header.kind + ": its trials"},
+                {"replay", header.kind == "batch" ? Json(ReplayOf(file)) : Json()},
+                {"meanings", MeaningsOf()},
+                {"success", batch::ChartsOf(header, trials)},
+                {"rows", trials.size()},
+                {"columns", ColumnsOf(trials)},
+                {"parameters", ParametersOf(header.keys, trials)},
+                {"names", Json::object()},
+                {"series_trials", Json::array()}});
   for (const char* of : {"columns", "parameters"})
     for (const auto& [key, values] : model[of].items()) model["names"][key] = batch::NameOfKey(key);
   StoredTrials stored(store, file, "", options.series_bytes, options.plugins, &page);
@@ -97,10 +97,6 @@ Page BatchPage(const batch::ResultStore& store, const std::string& file,
       if (trial.record.success() == success && stored.Pack(trial))
         model["series_trials"].push_back(trial.trial);
   model["series_stored"] = stored.count();
-  const batch::BatchSummary summary = batch::SummaryOf(store, file, options.report);
-  model["report"] = report::Document(batch::ReportOf(summary), Json::object())["report"];
-  model["title"] = summary.title;
-  for (const Json& sentence : model["report"]["missing"]) model["missing"].push_back(sentence);
   return page;
 }
 

@@ -66,13 +66,12 @@ std::string ShellWord(const std::string& text) {
 }
 
 std::string Plain(const Json& model) {
-  const Json& report = model.contains("report") ? model["report"] : model;
   std::string text = Element("h1", model.value("title", "turbidock"));
-  if (report.contains("verdict"))
-    text += Element("p", report["verdict"]["word"]) + Element("p", report["verdict"]["reason"]);
+  if (model.contains("verdict"))
+    text += Element("p", model["verdict"]["word"]) + Element("p", model["verdict"]["reason"]);
   text += Element("p", "The plots need JavaScript: this page's script has not run (yet).");
-  text += FactsOf(report.value("facts", Json::array()));
-  for (const Json& section : report.value("sections", Json::array())) text += SectionOf(section);
+  text += FactsOf(model.value("facts", Json::array()));
+  for (const Json& section : model.value("sections", Json::array())) text += SectionOf(section);
   return "<main id=\"plain\">\n" + text + "</main>\n";
 }
 

@@ -15,7 +15,7 @@ std::string EscapeHtml(std::string text);
 std::string ShellWord(const std::string& text);
 
 // An element with the id `plain`, which the script removes: title, verdict, facts and sections of a
-// model that is a report's or has one in it.
+// report's model.
 std::string Plain(const report::Json& model);
 
 }  // namespace turbidock::page

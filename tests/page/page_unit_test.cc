@@ -157,26 +157,6 @@ TEST(Rounded, ASeriesHasColumnsOfNumbersInSixDigitsAndWords) {
   EXPECT_EQ(series["fitness"].dump(), "[0.123457,null]");
 }
 
-TEST(SettingsModel, NamesWhatDiffersAndNothingElse) {
-  const auto keys = [](const trial::Scenario& scenario) {
-    std::vector<std::string> list;
-    for (const Json& setting : SettingsModel(scenario)) list.push_back(setting["key"]);
-    return list;
-  };
-  const std::vector<std::string> before = keys(WithoutCameras());
-  trial::Scenario scenario = WithoutCameras();
-  scenario.plugins.ParamsOf<control::PidParams>().sway.kp_per_s2 += 1;
-  std::vector<std::string> after = keys(scenario);
-  ASSERT_EQ(after.size(), before.size() + 1);
-  EXPECT_THAT(after, ::testing::Contains("pid.sway.kp_per_s2"));
-  EXPECT_THAT(after, Not(::testing::Contains("seed")));
-  for (const Json& setting : SettingsModel(scenario))
-    if (setting["key"] == "pose_source") {
-      EXPECT_EQ(setting["value"], "true_pose");
-      EXPECT_EQ(setting["default"], "cameras");
-    }
-}
-
 TEST(SceneModel, HasEveryGeomThatIsDrawnWhereItStands) {
   const trial::Scenario scenario = WithoutCameras();
   const vehicle::Scene scene = vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig);
@@ -311,7 +291,7 @@ TEST_F(PageFiles, ABatchWithoutTrialsSaysSo) {
   const Page page = BatchPage(store, Path("b.db"));
   EXPECT_EQ(page.model["rows"], 0);
   EXPECT_EQ(page.model["title"], "none yet");
-  EXPECT_EQ(page.model["report"]["verdict"]["word"], "running") << "by this test";
+  EXPECT_EQ(page.model["verdict"]["word"], "running") << "by this test";
   EXPECT_THAT(page.model["missing"].dump(), HasSubstr("No trials: none was stored yet"));
   EXPECT_FALSE(page.has_3d);
 }
@@ -346,8 +326,8 @@ TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
   EXPECT_EQ(page.model["series_trials"].dump(), "[2,1,3]");
   EXPECT_TRUE(page.has_3d);
   // the report beside them: by the grid
-  EXPECT_EQ(page.model["report"]["facts"][1]["label"], "success");
-  EXPECT_EQ(page.model["report"]["sections"][0]["table"]["rows"].size(), 2u);
+  EXPECT_EQ(page.model["facts"][1]["label"], "success");
+  EXPECT_EQ(page.model["sections"][0]["table"]["rows"].size(), 2u);
   // no room: the series of none
   const Page small = BatchPage(store, "b.db", {.series_bytes = 10});
   EXPECT_TRUE(small.parts.empty());

@@ -7,7 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
+#include <string>
+#include <utility>
 
 #include "experiments/media/figure.h"
 #include "experiments/media/png.h"
@@ -224,6 +227,26 @@ TEST(TrialReport, NoTwoFiguresHaveOneName) {
   for (const report::Fact& fact : report.sections.back().facts)
     EXPECT_TRUE(labels.insert(fact.label).second) << fact.label << " twice";
   EXPECT_GT(labels.size(), 40u);
+}
+
+TEST(TrialReport, SettingsAreWhatDiffersAndNothingElse) {
+  const auto rows = [](const Scenario& scenario) {
+    const report::Report report = ReportOf(scenario, RecordOf("success"), Series::Of(OnTheEdge()));
+    std::map<std::string, std::pair<std::string, std::string>> settings;
+    const auto at =
+        std::ranges::find(report.sections, "Settings that differ", &report::Section::title);
+    for (const auto& row : at->table->rows()) settings[row[0].text] = {row[1].text, row[2].text};
+    return settings;
+  };
+  Scenario scenario = LoadScenario("sea_night_active", {"pose_source=true_pose"});
+  const auto before = rows(scenario);
+  EXPECT_EQ(before.at("pose_source").first, "true_pose");
+  EXPECT_EQ(before.at("pose_source").second, "cameras");
+  EXPECT_FALSE(before.contains("seed"));
+  scenario.plugins.ParamsOf<control::PidParams>().sway.kp_per_s2 += 1;
+  const auto after = rows(scenario);
+  EXPECT_EQ(after.size(), before.size() + 1);
+  EXPECT_TRUE(after.contains("pid.sway.kp_per_s2"));
 }
 
 // Stages as short as a frame, values that are not finite, words that gnuplot could take for its

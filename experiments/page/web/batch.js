@@ -1,6 +1,6 @@
 // Many trials: what decides success, how long and how exact, why not, and each of them.
 
-import {h, button, fill, section} from 'page/dom.js';
+import {h, button, fill} from 'page/dom.js';
 import {has} from 'page/data.js';
 import {
   clockText,
@@ -32,25 +32,30 @@ class BatchView {
   constructor(host, model) {
     this.model = model;
     this.trials = new Trials(model);
-    const report = {...model.report, title: model.title, missing: model.missing, links: {}};
-    drawHead(host, report);
-    if (!model.rows) return;
-    const plots = h('div', {class: 'plots'});
-    this.tableBox = section('Trials', {wide: true, id: 'trials'});
     this.detail = h('div', {id: 'trial'});
-    drawSections(host, report);
-    host.append(plots, this.tableBox, this.detail);
-    new Success(plots, this.trials, model.success, (rows, why) => this.list(rows, why));
-    const failures = section('Why not', {
-      note: 'Of the trials listed below. Click a reason to list its own.',
+    drawHead(host, model);
+    drawSections(host, model, {
+      success: box =>
+        new Success(box, this.trials, model.success, (rows, why) => this.list(rows, why)),
+      failures: box => this.addFailures(box),
+      times: box => this.addTimes(box),
+      errors: box => this.addErrors(box),
+      trials: box => this.addTable(box),
     });
+    host.append(this.detail);
+  }
+
+  addFailures(box) {
+    const note = 'Of the trials listed below. Click a reason to list its own.';
     this.failures = h('div', {class: 'bar-list'});
-    failures.append(this.failures);
-    plots.append(failures);
-    this.times = this.drawTimes(plots);
-    if (this.trials.get.final_error_true_y_m && this.trials.get.final_error_true_z_m)
-      this.errors = this.drawErrors(plots);
-    this.table = new Table(this.tableBox, this.columns(), model.rows, {
+    box.append(h('p', {class: 'note'}, note), this.failures);
+  }
+
+  addTable(box) {
+    box.id = 'trials';
+    box.classList.add('wide');
+    this.tableBox = box;
+    this.table = new Table(box, this.columns(), this.model.rows, {
       label: 'trials',
       onPick: row => this.pick(row),
       onFound: rows => this.fill(rows),
@@ -63,12 +68,11 @@ class BatchView {
     reveal(this.tableBox);
   }
 
-  drawTimes(host) {
+  addTimes(box) {
     this.noTimes = h('p', {}, 'None of these succeeded.');
-    const box = section('Time to dock', {note: 'Of the trials that succeeded.'}, this.noTimes);
-    host.append(box);
+    box.append(h('p', {class: 'note'}, 'Of the trials that succeeded.'), this.noTimes);
     const span = ({low, high}, i) => `${number(low[i], 3)} to ${number(high[i], 3)} s`;
-    return new Plot(
+    this.times = new Plot(
       box,
       {series: []},
       {
@@ -80,14 +84,14 @@ class BatchView {
     );
   }
 
-  drawErrors(host) {
+  addErrors(box) {
+    const {get} = this.trials;
+    if (!get.final_error_true_y_m || !get.final_error_true_z_m) return false;
     const note =
       'The square is what docking allows; those farther off stand at the edge. Click one to see it.';
-    const box = section('True error when it ended', {note});
-    host.append(box);
-    const {get} = this.trials;
+    box.append(h('p', {class: 'note'}, note));
     const mm = (key, row) => fixed(1000 * get[`final_error_true_${key}_m`](row), 1);
-    return new Plot(
+    this.errors = new Plot(
       box,
       {series: []},
       {
@@ -137,10 +141,11 @@ class BatchView {
       counts.map(([failure, rows]) => [
         button(words(failure), () => pick(failure), {
           class: 'link',
-          title: `list ${rows.length} trials: ${this.model.meanings[failure]}`,
+          title: `list ${rows.length} trials`,
         }),
         bar(rows.length / found.length),
         h('span', {}, `${rows.length} (${percent(rows.length / found.length, 1)})`),
+        h('span', {class: 'note'}, this.model.meanings[failure]),
       ]),
     );
   }

@@ -19,21 +19,25 @@ export function drawHead(host, {verdict, title, facts, missing}) {
   host.append(...head({badge: mark, title, reason: verdict?.reason, facts, missing}));
 }
 
-/** All sections and, below them, what their links open. */
-export function drawSections(host, model) {
+/** All sections and, below them, what their links open. players: see drawSection. */
+export function drawSections(host, model, players = {}) {
   const detail = h('div', {id: 'linked'});
+  const {links = {}} = model;
   const view = {
     model,
+    players,
     plots: [],
     open: id => {
       if (placeOf(id, model)) goTo(id);
-      else if (model.links[id]) openTrials(detail, model.links[id]);
+      else if (links[id]) openTrials(detail, links[id]);
     },
-    isLink: id => Boolean(model.links[id] || placeOf(id, model)),
+    isLink: id => Boolean(links[id] || placeOf(id, model)),
   };
-  const sections = model.sections.map(part => drawSection(part, view));
+  const ground = h('div', {class: 'cards'});
+  host.append(ground, detail);
+  ground.append(...model.sections.map(part => drawSection(part, view)).filter(Boolean));
   for (const [name, jpeg] of Object.entries(model.pictures || {}))
-    sections.push(
+    ground.append(
       section(
         `What the cameras saw: ${name}`,
         {wide: true},
@@ -43,7 +47,6 @@ export function drawSections(host, model) {
         ),
       ),
     );
-  host.append(h('div', {class: 'cards'}, sections), detail);
   return view;
 }
 
@@ -59,13 +62,20 @@ function goTo(id) {
   reveal(rows.find(row => row.textContent.includes(words)) || place);
 }
 
-/** view: {plots: filled with those drawn, open(id), isLink(id), sync: of stacked panels, if it has one}. */
+/**
+ * view: {plots: filled with those drawn, open(id), isLink(id), players: by name, functions that fill a section for hands
+ * and eyes and return false where they have nothing to show, sync: of stacked panels, if it has one}. Null for a section
+ * in which nothing would stand.
+ */
 export function drawSection(part, view) {
-  const {title, note, lines, table, panels, stacked, commands = []} = part;
+  const {title, note, lines, table, panels, stacked, player, commands = []} = part;
   const wide = part.wide || Boolean(table);
-  return section(
-    title,
-    {note, wide},
+  const play = view.players?.[player];
+  if (play) {
+    const box = section(title, {note, wide});
+    return play(box) === false ? null : box;
+  }
+  const content = [
     lines?.length
       ? h(
           'ul',
@@ -76,8 +86,9 @@ export function drawSection(part, view) {
     part.facts?.length ? facts(part.facts) : null,
     panels?.length ? drawPanels(panels, {stacked, wide}, view) : null,
     table ? plainTable(linked(table, view)) : null,
-    commands.map(command),
-  );
+    commands.length ? commands.map(command) : null,
+  ].filter(Boolean);
+  return player && !content.length ? null : section(title, {note, wide}, content);
 }
 
 /** The table with what its links open. */

@@ -1,7 +1,7 @@
 // Success of a batch's trials over anything that they differ in, by anything else: the program's charts
 // (experiments/batch/success_charts.h), of which one is chosen.
 
-import {h, choice, fill, section} from 'page/dom.js';
+import {h, choice, fill} from 'page/dom.js';
 import {rate} from 'page/format.js';
 import {Plot} from 'page/plot.js';
 
@@ -10,10 +10,9 @@ const kNote =
 
 export class Success {
   /** trials: Trials; charts: {axes, over, by, panels}; onPick(rows, why) when somebody clicks a point. */
-  constructor(host, trials, charts, onPick) {
+  constructor(box, trials, charts, onPick) {
     Object.assign(this, {trials, charts, onPick, over: charts.over, by: charts.by});
-    const box = section('Success', {wide: true});
-    host.append(box);
+    box.classList.add('wide');
     if (!charts.over) {
       box.append(h('p', {class: 'note'}, 'Nothing varies between these trials but the seed.'));
       return;

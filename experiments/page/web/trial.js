@@ -74,6 +74,7 @@ export class TrialView {
    */
   constructor(host, model, {video = false, clock = new Clock(), controls = [], live = false} = {}) {
     Object.assign(this, {model, clock, live, hasFilm: video, plots: []});
+    this.players = {replay: box => this.addScene(box), cameras: box => this.addCameras(box)};
     this.series = new Series(model.series);
     this.sync = new Sync(time => this.seek(time));
     this.transport(host, controls);
@@ -97,13 +98,10 @@ export class TrialView {
 
   /** Draws a section where its kind has its place. */
   place(part, host) {
-    if (part.player === 'replay' && !this.model.scene) return;
-    const {middle, rest} = this;
-    const column = part.player ? this.left : part.stacked ? middle : part.wide ? host : rest;
+    const {left, middle, rest} = this;
+    const column = part.player ? left : part.stacked ? middle : part.wide ? host : rest;
     const box = drawSection(part, this);
-    column.append(box);
-    if (part.player === 'replay') this.addScene(box);
-    if (part.player === 'cameras') this.addCameras(box);
+    if (box) column.append(box);
   }
 
   /** Links of sections are times, "t=12.3". */
@@ -180,6 +178,7 @@ export class TrialView {
   }
 
   addScene(box) {
+    if (!this.model.scene) return false;
     this.scene = new Scene3d(box, this.model);
     this.scene.ready.then(() => {
       this.scene.setSeries(this.series);

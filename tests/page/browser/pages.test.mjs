@@ -172,7 +172,7 @@ test('a batch: filter, sort, a point lists its trials, a trial shows its traces 
   await page.getByRole('button', {name: 'trial', exact: true}).click();
   await page.getByRole('button', {name: 'trial', exact: true}).click();
   assert.equal(await rows.first().locator('.cell').first().innerText(), '53');
-  const success = page.locator('section[aria-label=Success] canvas');
+  const success = page.locator('section[aria-label="Success by anything"] canvas');
   await success.focus();
   await page.keyboard.press('ArrowRight');
   await page.keyboard.press('Enter');
@@ -187,7 +187,7 @@ test('a batch: filter, sort, a point lists its trials, a trial shows its traces 
   const traces = (await drawn(page)).filter(c => c.label?.includes('over time'));
   assert.ok(traces.length >= 8 && traces.every(c => c.other > 0.004), 'its traces are drawn');
   await page.getByRole('button', {name: 'Clear filters'}).click();
-  await page.locator('section[aria-label="Why not"] button').first().click();
+  await page.locator('section[aria-label="Failures"] button').first().click();
   assert.match(await status.innerText(), /^\d+ of 54 trials/);
   assert.deepEqual(complaints, []);
   await close();

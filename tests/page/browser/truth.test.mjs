@@ -58,7 +58,9 @@ test('a trial that never saw the marker: no noise, the truth in sight, the vehic
 
 test('a batch: names with units, bars of all, equal axes; none that docks, one trial', async () => {
   const {page, close} = await open('batch', 1440);
-  const choices = await page.locator('section[aria-label=Success] option').allInnerTexts();
+  const choices = await page
+    .locator('section[aria-label="Success by anything"] option')
+    .allInnerTexts();
   assert.ok(choices.includes('current surface velocity y, m/s'), choices.join('|'));
   const bars = await page
     .locator('.bar span')
@@ -103,7 +105,7 @@ test('a batch: names with units, bars of all, equal axes; none that docks, one t
   );
   for (const label of columns)
     assert.doesNotMatch(label, /estimated|overshoot/, 'noise has no column');
-  const by = none.page.locator('section[aria-label=Success] select').last();
+  const by = none.page.locator('section[aria-label="Success by anything"] select').last();
   assert.equal(await by.inputValue(), '', 'no curves by what was drawn');
   assert.deepEqual(none.complaints, []);
   await none.close();
