@@ -286,8 +286,15 @@ void ResultStore::Insert(const StoredTrial& trial) {
   for (const Parameter& parameter : trial.parameters) row.push_back(ValueOf(parameter));
   std::ranges::copy(trial::CellsOf(trial.record), std::back_inserter(row));
   InsertRow(*db_, "trials", TrialColumns(), row);
-  if (trial.series.rows() > 0)
-    InsertRow(*db_, "series", {"trial", "columns"}, {trial.trial, report::JsonLine(trial.series)});
+  if (trial.series.rows() > 0) InsertSeries(trial);
+}
+
+void ResultStore::InsertSeries(const StoredTrial& trial) {
+  SQLite::Statement insert(*db_, "INSERT INTO series (trial, bytes) VALUES (?, ?)");
+  const std::string bytes = trial.series.Bytes();
+  insert.bind(1, trial.trial);
+  insert.bindNoCopy(2, bytes.data(), static_cast<int>(bytes.size()));
+  insert.exec();
 }
 
 void ResultStore::Add(const StoredTrial& trial) {
@@ -377,9 +384,9 @@ StoredTrial ResultStore::Trial(int64_t trial) const {
 
 trial::Series ResultStore::SeriesOf(int64_t trial) const {
   trial::Series series;
-  ForEachRow(fmt::format("SELECT columns FROM series WHERE trial = {}", trial), [&](auto& row) {
+  ForEachRow(fmt::format("SELECT bytes FROM series WHERE trial = {}", trial), [&](auto& row) {
     try {
-      report::ParseJson(row.getColumn(0).getString(), "columns").get_to(series);
+      series = trial::Series::FromBytes(row.getColumn(0).getString());
     } catch (const ConfigError& error) {
       FailDamaged(fmt::format("series of trial {}: {}", trial, error.what()));
     }

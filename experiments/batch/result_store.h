@@ -28,7 +28,7 @@ namespace turbidock::batch {
 
 class RunLock;
 
-inline constexpr int kStoreSchema = 7;
+inline constexpr int kStoreSchema = 8;
 
 struct TrialRule {
   int64_t cells = 1;
@@ -137,6 +137,7 @@ class ResultStore {
   void RequireRows() const;
   [[noreturn]] void FailDamaged(const std::string& how) const;
   void Insert(const StoredTrial& trial);
+  void InsertSeries(const StoredTrial& trial);
   template <class Act>
   void ForEachRow(const std::string& query, const Act& act) const;
   std::vector<std::string> TrialColumns() const;

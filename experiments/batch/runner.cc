@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "experiments/report/json.h"
+#include "experiments/system/base64.h"
 #include "experiments/trial/identity.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/trial.h"
@@ -30,7 +31,8 @@ Work TrialWork(const trial::Plugins& plugins) {
               const trial::TrialResult result = trial::RunTrial(scenario);
               const auto series =
                   every_frames > 0 ? trial::Series::Of(result.log, every_frames) : trial::Series();
-              return report::JsonLine({{"cells", trial::CellsOf(result)}, {"series", series}});
+              return report::JsonLine(
+                  {{"cells", trial::CellsOf(result)}, {"series", system::Base64(series.Bytes())}});
             } catch (const trial::NoAnswer& error) {
               return report::JsonLine({{"no_answer", error.what()}});
             }
@@ -67,7 +69,7 @@ StoredTrial FinishedTrialOf(const JobResult& result, TrialSpec spec) {
       without_end(trial::Outcome::kNoAnswer, trial::Failure::kNoAnswer, json["no_answer"]);
     } else {
       record = trial::RecordOf(json["cells"].get<std::vector<trial::Cell>>());
-      trial.series = json["series"].get<trial::Series>();
+      trial.series = trial::Series::FromBytes(system::BytesOf(json["series"].get<std::string>()));
     }
   } else if (result.end == JobEnd::kHung) {
     without_end(trial::Outcome::kHung, trial::Failure::kHung, result.error);

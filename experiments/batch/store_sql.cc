@@ -82,7 +82,7 @@ void CreateTables(const std::vector<std::string>& keys, SQLite::Database* db) {
     add(column.name, column.sql_type, column.storage != trial::Storage::kRun);
   db->exec("CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID");
   db->exec(fmt::format("CREATE TABLE trials ({})", columns));
-  db->exec("CREATE TABLE series (trial INTEGER PRIMARY KEY, columns TEXT NOT NULL)");
+  db->exec("CREATE TABLE series (trial INTEGER PRIMARY KEY, bytes BLOB NOT NULL)");
   db->exec(
       "CREATE TABLE outputs (job INTEGER PRIMARY KEY, input_digest TEXT NOT NULL, output TEXT NOT "
       "NULL)");

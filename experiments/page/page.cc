@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
-#include <cstdint>
-
 #include "experiments/page/plain.h"
 #include "experiments/page/web_files.h"
 #include "experiments/report/plot.h"
+#include "experiments/system/base64.h"
 #include "sim/base/check.h"
 
 namespace turbidock::page {
@@ -24,7 +23,7 @@ std::string FilesThatEndWith(std::string_view ending) {
 // An element that the browser does not read until a module asks for it.
 std::string Data(const std::string& name, const std::string& type, std::string_view bytes) {
   return fmt::format("<script type=\"{}\" data-name=\"{}\">{}</script>\n", type, EscapeHtml(name),
-                     Base64(bytes));
+                     system::Base64(bytes));
 }
 
 std::string Packed(const std::string& name, std::string_view text) {
@@ -62,21 +61,6 @@ std::string Gzip(std::string_view text) {
   deflateEnd(&stream);
   TD_CHECK(end == Z_STREAM_END, "deflateBound is enough");
   return out;
-}
-
-std::string Base64(std::string_view bytes) {
-  constexpr std::string_view kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    uint32_t group = 0;
-    const size_t left = bytes.size() - i;
-    for (size_t k = 0; k < 3; ++k)
-      group = group << 8 | (k < left ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (size_t k = 0; k < 4; ++k) text += k <= left ? kDigits[group >> (18 - 6 * k) & 63] : '=';
-  }
-  return text;
 }
 
 std::string Html(const Page& page) {

@@ -36,7 +36,4 @@ void WritePage(const std::string& path, const Page& page);
 // same bytes for the same text.
 std::string Gzip(std::string_view text);
 
-// RFC 4648, with padding.
-std::string Base64(std::string_view bytes);
-
 }  // namespace turbidock::page

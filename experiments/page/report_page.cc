@@ -10,6 +10,7 @@
 #include "experiments/media/png.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/report/report_json.h"
+#include "experiments/system/base64.h"
 
 namespace turbidock::page {
 namespace {
@@ -28,7 +29,7 @@ Json PicturesBeside(const fs::path& file, const Json& document) {
   std::map<std::string, std::string> sheets;  // by name
   const auto add = [&sheets](const std::string& name, const fs::path& png) {
     constexpr int kQuality = 80;
-    sheets[name] = Base64(media::EncodeJpeg(media::ReadPng(png.string()), kQuality));
+    sheets[name] = system::Base64(media::EncodeJpeg(media::ReadPng(png.string()), kQuality));
   };
   if (const Json overlay = document.value("overlay", Json()); overlay.is_string())
     if (const fs::path png = file.parent_path() / fs::path(overlay.get<std::string>()).filename();

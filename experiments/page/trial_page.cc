@@ -12,6 +12,7 @@
 
 #include "experiments/page/plain.h"
 #include "experiments/report/report_json.h"
+#include "experiments/system/base64.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/trace_panels.h"
 #include "experiments/trial/trial.h"
@@ -81,8 +82,8 @@ Json PicturesIn(const fs::path& folder, const trial::Scenario& scenario) {
       continue;
     const int frame = std::stoi(number);
     pictures[frame] = {{"time_s", Rounded(scenario.clock.TimeOfFrame(frame))},
-                       {"left", Base64(system::ReadWhole(entry.path()))},
-                       {"right", Base64(system::ReadWhole(right))}};
+                       {"left", system::Base64(system::ReadWhole(entry.path()))},
+                       {"right", system::Base64(system::ReadWhole(right))}};
   }
   Json list = Json::array();
   for (auto& [frame, picture] : pictures) list.push_back(std::move(picture));
@@ -166,11 +167,14 @@ Json TrialModel(const trial::Scenario& scenario) {
   return model;
 }
 
+Json SeriesModel(const trial::Series& series, int digits) {
+  return system::Base64(series.Rounded(digits).Bytes());
+}
+
 Json TracesModel(const trial::Series& series, const trial::ViewCriteria& criteria, int digits,
                  size_t first_row) {
-  return Rounded({{"series", series.From(first_row)},
-                  {"sections", trial::TraceSections(series, criteria, first_row)}},
-                 digits);
+  return {{"series", SeriesModel(series.From(first_row), digits)},
+          {"sections", Rounded(trial::TraceSections(series, criteria, first_row), digits)}};
 }
 
 Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
@@ -199,7 +203,7 @@ Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
   for (const Json& sentence : page.model["missing"]) report.missing.push_back(sentence);
   page.model.update(Rounded(report));
   page.model.update(
-      {{"series", Rounded(series)}, {"frames", PicturesIn(in / "cameras", scenario)}});
+      {{"series", SeriesModel(series, 6)}, {"frames", PicturesIn(in / "cameras", scenario)}});
   if (fs::is_regular_file(video, none)) page.files["video"] = system::ReadWhole(video);
   page.has_3d = !page.model["scene"].is_null();
   return page;

@@ -26,7 +26,8 @@ report::Json TrialModel(const trial::Scenario& scenario);
 // or in the world, and colour.
 report::Json SceneModel(const vehicle::Scene& scene);
 
-// A trial's log for a page, in so many digits: {series, its columns; sections, those that show it}.
+// A trial's log for a page, in so many digits: {series, its Bytes() as Base64; sections, those that
+// show it}.
 // Where a page grows, curves are from a row on.
 report::Json TracesModel(const trial::Series& series, const trial::ViewCriteria& criteria,
                          int digits, size_t first_row = 0);
@@ -34,7 +35,7 @@ report::Json TracesModel(const trial::Series& series, const trial::ViewCriteria&
 // x, y, z, qw, qx, qy, qz.
 report::Json PoseModel(const Pose& pose);
 
-// All its numbers, such as a trial::Series's, in so many digits.
+// All its numbers in so many digits.
 report::Json Rounded(report::Json json, int digits = 6);
 
 }  // namespace turbidock::page

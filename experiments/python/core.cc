@@ -299,10 +299,8 @@ PYBIND11_MODULE(_core, module) {
   py::class_<trial::Series>(module, "Series")
       .def("columns", &ColumnsOf)
       .def("csv", &trial::Series::Csv)
-      .def(py::pickle([](const trial::Series& series) { return report::JsonLine(series); },
-                      [](const std::string& text) {
-                        return report::ParseJson(text, "a series").get<trial::Series>();
-                      }));
+      .def(py::pickle([](const trial::Series& series) { return py::bytes(series.Bytes()); },
+                      [](const py::bytes& bytes) { return trial::Series::FromBytes(bytes); }));
   AddRunning(&module);
   AddPredict(&module);
 

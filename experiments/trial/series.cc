@@ -3,9 +3,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <bit>
 #include <boost/algorithm/string/classification.hpp>
 #include <boost/algorithm/string/split.hpp>
+#include <cmath>
+#include <optional>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include "experiments/report/table.h"
@@ -54,6 +58,55 @@ void VisitColumns(const FrameRecord& r, const std::vector<std::string>& thruster
   add("insertion_depth_m", r.insertion_depth_m);
   add("dock_force_newton", r.dock_force_newton);
   add("collision_force_newton", r.collision_force_newton);
+}
+
+// A value's bits and back; how many bytes they are, and what says so in the header.
+template <class V>
+constexpr size_t kWidth = std::is_enum_v<V> ? 1 : 8;
+
+template <class V>
+uint64_t BitsOf(V value) {
+  if constexpr (std::is_enum_v<V>)
+    return static_cast<uint64_t>(value);
+  else
+    return std::bit_cast<uint64_t>(value);
+}
+
+template <class V>
+V ValueOf(uint64_t bits) {
+  if constexpr (!std::is_enum_v<V>) {
+    return std::bit_cast<V>(bits);
+  } else {
+    if (bits >= EnumNames<V>::kNames.size()) throw ConfigError("a series: a word out of range");
+    return static_cast<V>(bits);
+  }
+}
+
+template <class V>
+report::Json KindOf() {
+  if constexpr (std::is_enum_v<V>) {
+    report::Json words = report::Json::array();
+    for (const auto& [value, name] : EnumNames<V>::kNames) words.push_back(name);
+    return words;
+  } else {
+    return std::is_integral_v<V> ? "int" : "double";
+  }
+}
+
+// Adds a field of a CSV.
+void AddText(const std::string& text, size_t row, Series::Column* column) {
+  const std::optional<double> number = report::NumberIn(text);
+  const Cell cell = number ? Cell(*number) : text.empty() ? Cell() : Cell(text);
+  try {
+    std::visit(
+        [&]<class V>(std::vector<V>& values) {
+          if (cell.is_null() && !std::is_same_v<V, double>) throw ConfigError("is missing");
+          ReadCell(cell, &values.emplace_back());
+        },
+        column->values);
+  } catch (const ConfigError& error) {
+    throw ConfigError(fmt::format("{} in row {}", column->name, row), error.what());
+  }
 }
 
 std::vector<std::string> Split(const std::string& text, const char* separator) {
@@ -158,64 +211,105 @@ Series Series::FromCsv(const std::string& text, const std::string& where) {
   if (lines.back().empty()) lines.pop_back();
   if (lines.empty()) throw ConfigError(where + ": is empty");
   const std::vector<std::string> names = Split(lines[0], ",");
-  std::vector<report::Json> columns(names.size(), report::Json::array());
+  std::vector<std::vector<std::string>> rows;
   for (size_t row = 1; row < lines.size(); ++row) {
-    const std::vector<std::string> values = Split(lines[row], ",");
-    if (values.size() != names.size())
+    rows.push_back(Split(lines[row], ","));
+    if (rows.back().size() != names.size())
       throw ConfigError(fmt::format("{}:{}: has {} values, the header {}", where, row + 1,
-                                    values.size(), names.size()));
-    for (size_t i = 0; i < names.size(); ++i) {
-      const std::optional<double> number = report::NumberIn(values[i]);
-      const Cell word = values[i].empty() ? Cell() : Cell(values[i]);
-      columns[i].push_back(number ? Cell(*number) : word);
-    }
+                                    rows.back().size(), names.size()));
   }
-  report::Json json;
-  for (size_t i = 0; i < names.size(); ++i) json[names[i]] = std::move(columns[i]);
   try {
-    return FromJson(json);
+    Series series = Of(names);
+    for (Column& column : series.columns_) {
+      const auto at = std::ranges::find(names, column.name) - names.begin();
+      for (size_t row = 0; row < rows.size(); ++row)
+        AddText(rows[row][static_cast<size_t>(at)], row + 1, &column);
+    }
+    return series;
   } catch (const ConfigError& error) {
     throw ConfigError(where + ": is no trajectory: " + error.what());
   }
 }
 
-Series Series::FromJson(const report::Json& json) {
-  if (json.empty()) return {};
+// Without rows, with the columns of these names, in their own order.
+Series Series::Of(const std::vector<std::string>& names) {
   std::vector<std::string> thrusters;
-  for (const auto& [name, values] : json.items())
+  for (const std::string& name : names)
     if (name.ends_with(kVolts)) thrusters.push_back(name.substr(0, name.size() - kVolts.size()));
   Series series(thrusters);
   const std::vector<std::string> known = series.names();
-  for (const auto& [name, values] : json.items())
+  for (const std::string& name : names)
     if (std::ranges::find(known, name) == known.end())
       throw ConfigError("no log has a column " + name);
-  for (Column& column : series.columns_) {
-    const auto cells = json.find(column.name);
-    if (cells == json.end() || !cells->is_array())
-      throw ConfigError("it has no column " + column.name);
-    if (cells->size() != json.front().size())
-      throw ConfigError(column.name, "has another number of rows than the others");
-    for (size_t row = 0; row < cells->size(); ++row) {
-      const auto add = [&cell = (*cells)[row]](auto& values) {
-        using V = typename std::decay_t<decltype(values)>::value_type;
-        if (cell.is_null() && !std::is_same_v<V, double>) throw ConfigError("is missing");
-        ReadCell(cell, &values.emplace_back());
-      };
-      try {
-        std::visit(add, column.values);
-      } catch (const ConfigError& error) {
-        throw ConfigError(fmt::format("{} in row {}", column.name, row + 1), error.what());
-      }
-    }
-  }
+  for (const std::string& name : known)
+    if (std::ranges::find(names, name) == names.end())
+      throw ConfigError("it has no column " + name);
   return series;
 }
 
-void to_json(report::Json& json, const Series& series) {
-  json = report::Json::object();
-  for (const Series::Column& column : series.columns())
-    json[column.name] =
-        std::visit([](const auto& values) { return report::Json(values); }, column.values);
+std::string Series::Bytes() const {
+  report::Json columns = report::Json::array();
+  std::string planes;
+  for (const Column& column : columns_)
+    std::visit(
+        [&]<class V>(const std::vector<V>& values) {
+          columns.push_back({column.name, KindOf<V>()});
+          const size_t begin = planes.size(), rows = values.size();
+          planes.resize(begin + kWidth<V> * rows);
+          for (size_t row = 0; row < rows; ++row)
+            for (size_t k = 0; k < kWidth<V>; ++k)
+              planes[begin + k * rows + row] =
+                  static_cast<char>(BitsOf(values[row]) >> (8 * k) & 0xff);
+        },
+        column.values);
+  return report::JsonLine({{"rows", rows()}, {"columns", columns}}) + "\n" + planes;
+}
+
+Series Series::FromBytes(std::string_view bytes) {
+  const std::string header(bytes.substr(0, bytes.find('\n')));
+  const report::Json json = report::ParseJson(header, "a series");
+  std::vector<std::string> names;
+  size_t rows = 0;
+  try {
+    rows = json.at("rows").get<size_t>();
+    for (const report::Json& column : json.at("columns")) names.push_back(column.at(0));
+  } catch (const report::Json::exception& error) {
+    throw ConfigError("a series: ", error.what());
+  }
+  if (names.empty()) return {};
+  Series series = Of(names);
+  std::string_view planes = bytes.substr(std::min(bytes.size(), header.size() + 1));
+  for (size_t i = 0; i < names.size(); ++i)
+    std::visit(
+        [&]<class V>(std::vector<V>& values) {
+          const size_t size = kWidth<V> * rows;
+          if (series.columns_[i].name != names[i] || json["columns"][i].at(1) != KindOf<V>() ||
+              rows > planes.size() || size > planes.size())
+            throw ConfigError("a series: column " + names[i] + " is not this program's");
+          for (size_t row = 0; row < rows; ++row) {
+            uint64_t bits = 0;
+            for (size_t k = 0; k < kWidth<V>; ++k)
+              bits |= uint64_t{static_cast<uint8_t>(planes[k * rows + row])} << (8 * k);
+            values.push_back(ValueOf<V>(bits));
+          }
+          planes.remove_prefix(size);
+        },
+        series.columns_[i].values);
+  return series;
+}
+
+Series Series::Rounded(int digits) const {
+  // of the 52 bits behind the first
+  const auto kept = static_cast<int>(std::ceil(digits * std::log2(10.0)));
+  const uint64_t step = uint64_t{1} << std::max(0, 52 - kept);
+  Series rounded = *this;
+  for (Column& column : rounded.columns_)
+    if (auto* numbers = std::get_if<std::vector<double>>(&column.values))
+      for (double& number : *numbers)
+        if (std::isfinite(number))
+          number =
+              std::bit_cast<double>((std::bit_cast<uint64_t>(number) + step / 2) & ~(step - 1));
+  return rounded;
 }
 
 }  // namespace turbidock::trial

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -53,20 +54,25 @@ class Series {
 
   // As trajectory.csv has it: names, then a line a row. Numbers read back exactly.
   std::string Csv() const;
-  // ConfigError "WHERE: ..." for a text that is none.
+  // Columns in any order. ConfigError "WHERE: ..." for a text that is none.
   static Series FromCsv(const std::string& text, const std::string& where);
-  // Of an object that has a list of values for each column, in any order; of an empty one, that of
-  // no log. ConfigError for what no log has.
-  static Series FromJson(const report::Json& json);
+
+  // As a batch's file and a page hold it: a line of JSON, {"rows": 7, "columns": [["frame", "int"],
+  // ["time_s", "double"], ["stage", ["approach", ...]], ...]}, then each column: the least
+  // significant byte of every row, the next one of every row, and so on; a word is one byte, its
+  // place in the list. Numbers read back exactly.
+  std::string Bytes() const;
+  // ConfigError for bytes that are none, or of another program.
+  static Series FromBytes(std::string_view bytes);
+  // With so many digits of each number, at least; the rest of its bits are zero and pack well.
+  Series Rounded(int digits) const;
 
  private:
+  static Series Of(const std::vector<std::string>& names);
   template <class V>
   const std::vector<V>& ColumnOf(const std::string& name) const;
 
   std::vector<Column> columns_;
 };
-
-void to_json(report::Json& json, const Series& series);
-inline void from_json(const report::Json& json, Series& series) { series = Series::FromJson(json); }
 
 }  // namespace turbidock::trial

@@ -5,7 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "sim/base/check.h"
@@ -113,14 +115,69 @@ TEST(Series, ARowHasTheStrongestContactUntilTheNext) {
   EXPECT_EQ(forces(all, "dock_force_newton"), (std::vector<double>{0, 0, 0, 5, 40, 0, 0}));
 }
 
-TEST(Series, JsonAndCsvGiveItBack) {
+TEST(Series, BytesAndCsvGiveItBack) {
   const Series series = Series::Of(AwkwardLog());
-  ExpectEqual(report::ParseJson(report::JsonLine(series), "a series").get<Series>(), series);
-  const Series none;
-  EXPECT_TRUE(report::ParseJson(report::JsonLine(none), "none").get<Series>().columns().empty());
+  ExpectEqual(Series::FromBytes(series.Bytes()), series);
+  EXPECT_TRUE(Series::FromBytes(Series().Bytes()).columns().empty());
+  const Series empty(TrialLog().thrusters);
+  ExpectEqual(Series::FromBytes(empty.Bytes()), empty);
 
   const Series small = Series::Of(AwkwardLog(0));
   ExpectEqual(Series::FromCsv(small.Csv(), "t.csv"), small);
+}
+
+// By hand: the first column's bytes, the least significant of both rows first.
+TEST(Series, BytesAreALineOfJsonAndPlanesOfBytes) {
+  TrialLog log = AwkwardLog(0x0102);
+  log.frames.resize(2);
+  const std::string bytes = Series::Of(log).Bytes();
+  EXPECT_THAT(bytes, StartsWith(R"({"rows":2,"columns":[["frame","int"],["time_s","double"],)"
+                                R"(["stage",["approach",)"));
+  const std::string first = bytes.substr(bytes.find('\n') + 1, 16);
+  EXPECT_EQ(first, std::string("\2\3\1\1\0\0\0\0\0\0\0\0\0\0\0\0", 16));
+}
+
+TEST(Series, DamagedBytesAreAnError) {
+  const std::string bytes = Series::Of(AwkwardLog()).Bytes();
+  const auto said = [](const std::string& text) -> std::string {
+    try {
+      Series::FromBytes(text);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  for (size_t size = 0; size < bytes.size(); ++size)
+    EXPECT_NE(said(bytes.substr(0, size)), "accepted") << size;
+  EXPECT_THAT(said(R"({"rows":-1,"columns":[["frame","int"]]})"), HasSubstr("it has no column"));
+  std::string other = bytes;
+  other.replace(other.find("[\"time_s\",\"double\"]"), 20, "[\"time_s\",\"double2\"");
+  EXPECT_NE(said(other), "accepted");
+  other = bytes;
+  other.replace(other.find("\"rows\":7"), 8, "\"rows\":9");
+  EXPECT_NE(said(other), "accepted");
+  const size_t stage = bytes.find('\n') + 1 + 2 * 8 * 7;
+  other = bytes;
+  other[stage] = 77;
+  EXPECT_EQ(said(other), "a series: a word out of range");
+}
+
+TEST(Series, RoundedNumbersHaveTheirDigits) {
+  const Series series = Series::Of(AwkwardLog()), rounded = series.Rounded(4);
+  for (size_t i = 0; i < series.columns().size(); ++i)
+    for (size_t row = 0; row < series.rows(); ++row) {
+      const Cell a = series.At(row, i), b = rounded.At(row, i);
+      if (!a.is_number_float() || !std::isfinite(a.get<double>())) {
+        EXPECT_EQ(a.dump(), b.dump());
+        continue;
+      }
+      const double x = a.get<double>(), y = b.get<double>();
+      if (std::isnormal(x)) {
+        EXPECT_NEAR(y / x, 1, 0.5e-4);
+      }
+      EXPECT_EQ(std::bit_cast<uint64_t>(y) & 0xffffffff, 0u) << "its last bits";
+    }
+  ExpectEqual(rounded.Rounded(4), rounded);
 }
 
 TEST(Series, ReadsTheColumnsOfACsvInAnyOrder) {

@@ -1,11 +1,32 @@
 // The rows of a trial, column by column. They may grow.
 
+import {bytesOf} from 'page/data.js';
 import {lastAt} from 'page/numbers.js';
 
+/** Columns by name, {time_s: [...], ...}, of what the program packed (experiments/trial/series.h: Bytes), as base64. */
+function unpack(base64) {
+  const bytes = bytesOf(base64);
+  const line = bytes.indexOf(10);
+  const {rows, columns} = JSON.parse(new TextDecoder().decode(bytes.subarray(0, line)));
+  let at = line + 1;
+  const read = kind => {
+    const width = Array.isArray(kind) ? 1 : 8;
+    const whole = new Uint8Array(width * rows);
+    for (let k = 0; k < width; ++k)
+      for (let row = 0; row < rows; ++row) whole[row * width + k] = bytes[at++];
+    if (Array.isArray(kind)) return Array.from(whole, place => kind[place]);
+    const view = new DataView(whole.buffer);
+    return Array.from({length: rows}, (_, row) =>
+      kind === 'int' ? Number(view.getBigInt64(8 * row, true)) : view.getFloat64(8 * row, true),
+    );
+  };
+  return Object.fromEntries(columns.map(([name, kind]) => [name, read(kind)]));
+}
+
 export class Series {
-  /** columns: {time_s: [...], fitness: [...], ...}, of equal length. */
-  constructor(columns = {}) {
-    this.columns = columns;
+  /** packed: all its columns, of equal length. */
+  constructor(packed) {
+    this.columns = unpack(packed);
   }
 
   get length() {
@@ -16,8 +37,8 @@ export class Series {
   }
 
   /** Rows at the end, the same columns. */
-  append(columns) {
-    for (const [name, values] of Object.entries(columns)) {
+  append(packed) {
+    for (const [name, values] of Object.entries(unpack(packed))) {
       const own = (this.columns[name] ||= []);
       for (const value of values) own.push(value);
     }
