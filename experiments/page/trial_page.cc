@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/page/plain.h"
 #include "experiments/report/table.h"
 #include "experiments/system/output_path.h"
+#include "experiments/system/plain_text.h"
 #include "experiments/trial/series.h"
 #include "experiments/trial/trial.h"
 #include "experiments/trial/trial_view.h"
@@ -261,7 +261,7 @@ Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
        {"commands",
         {{{"what", "The same trial again, filmed"},
           {"command",
-           fmt::format("turbidock run {} --out again --video", ShellWord(resolved))}}}}});
+           fmt::format("turbidock run {} --out again --video", system::ShellWord(resolved))}}}}});
   if (fs::is_regular_file(video, none)) page.files["video"] = system::ReadWhole(video);
   page.has_3d = !page.model["scene"].is_null();
   return page;
