@@ -85,7 +85,7 @@ int Batch(const BatchArguments& arguments) {
     return command::kExitDone;  // main makes the signal's code of it
   }
   const batch::BatchSummary summary = batch::SummaryOf(store, arguments.out);
-  progress.Say("\n" + report::Text(batch::ReportOf(summary)));
+  command::PrintReport(batch::ReportOf(summary), batch::ResultJson(summary), arguments.json);
   if (end.done_now > 0)
     progress.Say(fmt::format("{} trials in {}, {:.0f} an hour; results in {}", end.done_now,
                              command::Duration(end.wall_time_s),
@@ -95,8 +95,6 @@ int Batch(const BatchArguments& arguments) {
     page::WritePage(page, page::BatchPage(store, arguments.out, {.plugins = plan.plugins()}));
     progress.Say("a page to look at: " + page);
   }
-  if (arguments.json)
-    command::PrintReport(batch::ReportOf(summary), batch::ResultJson(summary), true);
   return command::kExitDone;
 }
 
@@ -139,7 +137,7 @@ void AddBatch(command::CommandLine& line) {
   arguments.jobs.AddTo(&batch, "Processes; results do not depend on it");
   batch.Add("--shard I/N", arguments.shard, "Run part I of N only; merge puts them together");
   batch.AddAnew(arguments.anew);
-  batch.Flag("--json", arguments.json, "Print what status --json prints on stdout");
+  batch.AddJson(arguments.json);
   batch.AddQuiet(arguments.quiet);
 
   auto [status, status_arguments] =

@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include <string_view>
+#include <string>
 #include <vector>
 
 #include "experiments/batch/batch.h"
@@ -21,16 +21,6 @@ struct MergeArguments {
   bool complete = false;
 };
 
-// "10 then, 3 now" as of two files.
-std::string Attributed(const std::string& difference, const std::string& a, const std::string& b) {
-  constexpr std::string_view kThen = " then, ", kNow = " now";
-  const size_t at = difference.rfind(kThen);
-  if (at == std::string::npos || !difference.ends_with(kNow)) return difference;
-  const size_t second = at + kThen.size();
-  return fmt::format("{} in {}, {} in {}", difference.substr(0, at), a,
-                     difference.substr(second, difference.size() - kNow.size() - second), b);
-}
-
 int Merge(const MergeArguments& arguments) {
   system::OutputPlan outputs;
   outputs.Reads(arguments.inputs).Writes(arguments.out, system::kResultFile).Require();
@@ -38,10 +28,11 @@ int Merge(const MergeArguments& arguments) {
   batch::StoreHeader header = batch::ResultStore::Read(first).header();
   header.shard = {};
   for (const std::string& input : arguments.inputs) {
-    const auto differences = batch::Differences(header, batch::ResultStore::Read(input).header());
-    if (!differences.empty())
-      throw batch::MismatchError(fmt::format("{} does not go with {}: {}", input, first,
-                                             Attributed(differences[0], first, input)));
+    const std::string difference = batch::DifferenceOf(
+        header, batch::ResultStore::Read(input).header(), {"in " + first, "in " + input});
+    if (!difference.empty())
+      throw batch::MismatchError(
+          fmt::format("{} does not go with {}: {}", input, first, difference));
   }
   batch::ResultStore store = batch::ResultStore::Write(arguments.out, header);
   for (const std::string& input : arguments.inputs) store.Merge(input);
@@ -63,8 +54,9 @@ struct ReplayArguments {
 int Replay(const ReplayArguments& arguments) {
   const batch::ResultStore store = batch::ResultStore::Read(arguments.file);
   const batch::StoreHeader& header = store.header();
-  if (header.kind != "batch")
-    throw ConfigError(arguments.file + ": was written by " + header.kind + ", not by batch");
+  if (!header.is_of_plan())
+    throw ConfigError(arguments.file + ": was written by " + header.kind +
+                      ", not by batch or gate");
   const batch::Plan plan(store.PlanHere(), arguments.file, {.plugins = arguments.plugins});
   const trial::TrialRecord before = store.Trial(arguments.trial).record;
   if (header.build != system::BuildId())

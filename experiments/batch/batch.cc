@@ -163,12 +163,12 @@ Kept KeptOf(const ResultStore& store, const Plan& plan, const StoreHeader& heade
 }  // namespace
 
 ResultStore OpenResults(const std::string& file, const Plan& plan, const Shard& shard, bool anew,
-                        const JobOptions& jobs) {
-  const StoreHeader header = HeaderOf(plan, shard);
+                        const JobOptions& jobs, const std::string& kind) {
+  const StoreHeader header = HeaderOf(plan, shard, kind);
   ResultStore store = ResultStore::Open(file, header);
-  const std::vector<std::string> differences = Differences(store.header(), header);
-  if (!differences.empty() && shard.count > 1)
-    throw OtherResults(file, differences[0] + " (a part of a batch does not grow)", "");
+  const std::string difference = DifferenceOf(store.header(), header);
+  if (!difference.empty() && shard.count > 1)
+    throw OtherResults(file, difference + " (a part of a batch does not grow)", "");
   if (store.header().keys != header.keys) {
     if (!anew)
       throw OtherResults(
@@ -178,7 +178,7 @@ ResultStore OpenResults(const std::string& file, const Plan& plan, const Shard& 
     return store;
   }
   Renderers renderers(jobs);
-  bool is_same = differences.empty() && store.header().plan == header.plan &&
+  bool is_same = difference.empty() && store.header().plan == header.plan &&
                  store.Successes().size() == store.Done().size();
   if (is_same)
     store.ForEachRenderer([&](const std::string& drawn, int64_t trial) {

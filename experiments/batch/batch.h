@@ -88,9 +88,9 @@ struct BatchProgress : RunProgress {
 // begun. Trials that would be others now are named with what changed (OtherResults), or go with
 // `anew`. OtherResults also for trials that the plan does not have, and for another kind or shard;
 // a part of a batch stays of one plan.
-// `jobs`: whose workers draw.
+// `jobs`: whose workers draw. `kind`: who writes it.
 ResultStore OpenResults(const std::string& file, const Plan& plan, const Shard& shard, bool anew,
-                        const JobOptions& jobs);
+                        const JobOptions& jobs, const std::string& kind = "batch");
 
 // Runs until all trials of the store's shard are in it, or it is stopped.
 // Of `options`, time limit and plugins are the plan's; `on_progress` takes the place of its own.

@@ -154,7 +154,7 @@ report::Section LimitsSection(const BatchSummary& summary) {
 
 std::vector<std::string> GridOf(const StoreHeader& header) {
   std::vector<std::string> keys;
-  const auto plan = header.kind == "batch" ? PlanIn(header) : std::nullopt;
+  const auto plan = header.is_of_plan() ? PlanIn(header) : std::nullopt;
   if (!plan) return keys;
   if (plan->Find("cases")) keys.emplace_back("case");
   if (const auto grid = plan->Find("grid"))
@@ -208,7 +208,7 @@ BatchSummary SummaryOf(const ResultStore& store, const std::string& file,
                        .over = options.over};
   if (trials.empty()) return summary;
   summary.all = Summarise(trials, {})[0];
-  if (IsBatch(summary)) summary.failures = FailureSection(FailureEffects(trials));
+  if (summary.header.is_of_plan()) summary.failures = FailureSection(FailureEffects(trials));
   AddCurves(trials, options, &summary);
   // Who tells so may be the one who just ran the last trial and holds the file still.
   if (IsComplete(summary)) summary.running = false;
@@ -232,7 +232,7 @@ report::Report ReportOf(const BatchSummary& summary) {
     report.sections.push_back(GroupSection(summary.keys, summary.groups, summary.rule.precision));
   if (summary.trials > 0) report.sections.push_back(FailureTable(summary.all));
   if (summary.failures) report.sections.push_back(*summary.failures);
-  if (IsBatch(summary) && !summary.groups.empty())
+  if (summary.header.is_of_plan() && !summary.groups.empty())
     report.sections.push_back(LimitsSection(summary));
   if (summary.trials == 0) return report;
   for (const auto& [title, player] : {std::pair{"Success by anything", "success"},

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "experiments/batch/plan.h"
+#include "experiments/batch/store_header.h"
 #include "experiments/report/report.h"
 #include "experiments/statistics/paired_measure.h"
 #include "experiments/trial/trial_record.h"
@@ -160,11 +161,6 @@ struct Flip {
   std::optional<int64_t> trial_a{}, trial_b{};  // their numbers, where they have one
 
   TURBIDOCK_FIELDS(seed, change, group, why, link, trial_a, trial_b)
-};
-
-// What the two sides are called in tables.
-struct Sides {
-  std::string a = "A", b = "B";
 };
 
 // A measure's name and unit for people, such as "success, %".

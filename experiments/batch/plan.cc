@@ -105,6 +105,9 @@ Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
     for (const char* key : {"model_files", kFolderKey})
       RefuseKeys(plan, {{key, "only a resolved plan has it; leave it out"}});
   }
+  for (const auto& [key, what] : kUseGroups)
+    if (key != overrides.use && plan.Find(key))
+      remarks_.push_back(fmt::format("{}: is not read here; it is {}", key, what));
   std::vector<std::string> groups;
   for (const PlanKey& group : PlanGroups()) groups.push_back(group.key);
   config::Origins origins;

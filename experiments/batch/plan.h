@@ -121,6 +121,7 @@ struct PlanOverrides {
   std::optional<int64_t> master_seed{};
   std::optional<int> seeds{};  // exactly so many: the precision is 0
   trial::Plugins plugins{};    // what else its scenarios may choose
+  std::string use{};           // its group of kUseGroups; who reads none is told of them
   // What this use cannot take, and why: no file may give these keys.
   std::vector<PlanKey> refused{};
 };

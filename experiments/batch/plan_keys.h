@@ -21,8 +21,8 @@ struct PlanKey {
 
 // Groups of a plan that its uses read themselves.
 inline const std::vector<PlanKey> kUseGroups = {
-    {"gate", "what `turbidock gate` judges: see list gate-keys"},
-    {"tuning", "what `turbidock tune` searches: see list study-keys"}};
+    {"gate", "what `turbidock gate` judges (list gate-keys)"},
+    {"tuning", "what `turbidock tune` searches (list study-keys)"}};
 // Of a resolved plan: where the files are that it names.
 inline constexpr const char* kFolderKey = "folder";
 // All keys but those of PlanSettings; and keys of older files with what has taken their place.

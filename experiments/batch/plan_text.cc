@@ -41,16 +41,16 @@ CellText Plan::TextOf(int64_t cell) const {
     for (const config::Assignment& each : given)
       text.given += " " + each.key + "=" + each.value.Canonical();
   };
-  std::vector<config::Assignment> all = set_;
-  for (const config::Assignment& own :
-       AssignmentsOf({parameters.begin(), parameters.begin() + std::ssize(grid_)})) {
+  std::vector<config::Assignment> all = config::LeavesOf(set_);
+  for (const config::Assignment& own : config::LeavesOf(
+           AssignmentsOf({parameters.begin(), parameters.begin() + std::ssize(grid_)}))) {
     std::erase_if(all, [&own](const auto& other) { return other.key == own.key; });
     all.push_back(own);
   }
   add(all);
   for (const Case& stratum : strata_) {
     text.given += " " + stratum.name + ":";
-    add(stratum.values);
+    add(config::LeavesOf(stratum.values));
   }
   for (size_t i = 0; i < random_.size(); ++i)
     text.given += " " + random_[i].key + "=" + distributions_[i].Canonical();

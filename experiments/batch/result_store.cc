@@ -46,7 +46,7 @@ std::string FolderOf(const std::string& file) {
 
 TrialRule RuleOf(const StoreHeader& header) {
   TrialRule rule{.batch = header.trials, .most = header.trials, .precision = {}};
-  if (header.kind != "batch") return rule;
+  if (!header.is_of_plan()) return rule;
   const config::YamlNode plan = config::ParseYaml(header.plan, "plan");
   if (const auto strata = plan.Find("strata"))
     rule.strata = std::max<int64_t>(1, std::ssize(strata->Entries()));
@@ -126,7 +126,7 @@ ResultStore ResultStore::Open(const std::string& file, const StoreHeader& header
     store.ReadHeader();
   });
   const StoreHeader& there = store.header_;
-  if (there.kind != header.kind) throw OtherResults(file, Differences(there, header)[0], "");
+  if (there.kind != header.kind) throw OtherResults(file, DifferenceOf(there, header), "");
   if (there.shard != header.shard)
     throw OtherResults(
         file, "the file has shard " + there.shard.Text() + ", this is shard " + header.shard.Text(),
@@ -136,12 +136,11 @@ ResultStore ResultStore::Open(const std::string& file, const StoreHeader& header
 
 ResultStore ResultStore::Write(const std::string& file, const StoreHeader& header) {
   ResultStore store = Open(file, header);
-  const std::vector<std::string> differences = Differences(store.header_, header);
-  if (differences.empty()) return store;
+  const std::string difference = DifferenceOf(store.header_, header);
+  if (difference.empty()) return store;
   // what is no trial is not run anew
-  if (header.keys.empty())
-    throw OtherResults(file, differences[0], " or finish it as it was begun");
-  throw OtherResults(file, differences[0]);
+  if (header.keys.empty()) throw OtherResults(file, difference, " or finish it as it was begun");
+  throw OtherResults(file, difference);
 }
 
 ResultStore ResultStore::Read(const std::string& file) {
@@ -254,13 +253,12 @@ void ResultStore::ReadHeader() {
 }
 
 void ResultStore::RequireRows() const {
-  const bool is_batch = header_.kind == "batch";
   const TrialRule rule = RuleOf(header_);
   ForEachRow("SELECT trial, typeof(cell) = 'integer' AND typeof(sample) = 'integer' FROM trials",
              [&](auto& row) {
                const int64_t trial = row.getColumn(0).getInt64();
-               const bool is_planned =
-                   !is_batch || (trial < header_.trials && IsOf(header_.shard, rule, trial));
+               const bool is_planned = !header_.is_of_plan() ||
+                                       (trial < header_.trials && IsOf(header_.shard, rule, trial));
                if (trial < 0 || !is_planned || row.getColumn(1).getInt() == 0)
                  FailDamaged(fmt::format("trial {} is none of its plan's and shard's", trial));
              });
@@ -307,8 +305,8 @@ void ResultStore::Add(const StoredTrial& trial) {
 
 void ResultStore::Merge(const std::string& other_file) {
   const ResultStore other = Read(other_file);
-  const std::vector<std::string> differences = Differences(header_, other.header());
-  if (!differences.empty()) throw MismatchError(other_file + ": " + differences[0]);
+  const std::string difference = DifferenceOf(header_, other.header());
+  if (!difference.empty()) throw MismatchError(other_file + ": " + difference);
   std::map<int64_t, trial::TrialRecord> known;
   for (StoredTrial& trial : Trials()) known.emplace(trial.trial, std::move(trial.record));
   Guard(file_, [&] {

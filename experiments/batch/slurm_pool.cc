@@ -19,7 +19,6 @@
 #include <poll.h>
 
 #include <algorithm>
-#include <boost/algorithm/string/replace.hpp>
 #include <cctype>
 #include <chrono>
 #include <cstdio>
@@ -33,6 +32,7 @@
 #include "experiments/report/json.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
+#include "experiments/system/plain_text.h"
 #include "experiments/system/subprocess.h"
 #include "sim/base/check.h"
 #include "sim/base/digest.h"
@@ -69,11 +69,6 @@ std::vector<std::string> LinesOf(const std::string& text) {
 // refuses, in its own words.
 std::string AskSlurm(const std::vector<std::string>& command) {
   return system::Subprocess(command, "slurm-client").Finish();
-}
-
-// A word of the shell that means exactly this text.
-std::string ShellQuoted(const std::string& text) {
-  return "'" + boost::replace_all_copy(text, "'", "'\\''") + "'";
 }
 
 double SecondsSince(std::chrono::steady_clock::time_point start) {
@@ -167,8 +162,8 @@ class SlurmPool final : public JobPool {
         name_, tasks - 1, workers_, folder.string());
     for (const std::string& option : params_.options) script += "#SBATCH " + option + "\n";
     script += fmt::format("exec {} slurm-task {} --task \"$SLURM_ARRAY_TASK_ID\" --workers {}\n",
-                          ShellQuoted(fs::read_symlink("/proc/self/exe").string()),
-                          ShellQuoted(folder.string()), workers_);
+                          system::ShellWord(fs::read_symlink("/proc/self/exe").string()),
+                          system::ShellWord(folder.string()), workers_);
     system::WriteWhole(folder / "array.sh", script);
   }
 

@@ -8,25 +8,49 @@
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/build_info.h"
+#include "experiments/system/plain_text.h"
 
 namespace turbidock::batch {
 namespace {
 
-// The first line in which two texts differ, without its comment; empty where they do not.
-std::string FirstDifference(const std::string& before, const std::string& now) {
-  std::istringstream left(before), right(now);
-  const auto next = [](std::istringstream* lines) -> std::string {
-    std::string line;
-    if (!std::getline(*lines, line)) return "nothing";
-    line.resize(std::min(line.size(), line.find("  # ")));
-    return "'" + line.erase(0, line.find_first_not_of(' ')) + "'";
-  };
-  std::string x, y;
-  do {
-    x = next(&left);
-    y = next(&right);
-  } while (x == y && left);
-  return x == y ? "" : x + " then, " + y + " now";
+// Notes every value below a node of one of two plans by its dotted key; those of a text of several
+// lines, which a scenario is, by their own.
+void Note(const config::YamlNode& node, const std::string& key, size_t side,
+          PlanDifferences* values) {
+  if (node.IsMap()) {
+    const auto entries = node.Entries();
+    const bool is_scenario = key == "resolved_scenarios" && entries.size() == 1;
+    for (const auto& [name, child] : entries)
+      Note(child, is_scenario ? "scenario" : JoinKey(key, name), side, values);
+    return;
+  }
+  const std::string text = node.Text().value_or("");
+  if (text.find('\n') != std::string::npos) {
+    try {
+      return Note(config::ParseYaml(text, key), key, side, values);
+    } catch (const ConfigError&) {
+      // a text for people
+    }
+  }
+  values->try_emplace(key, std::array<std::string, 2>{"-", "-"}).first->second[side] =
+      node.Canonical();
+}
+
+PlanDifferences DifferencesOf(const config::YamlNode& a, const config::YamlNode& b,
+                              const std::string& key) {
+  PlanDifferences differences;
+  Note(a, key, 0, &differences);
+  Note(b, key, 1, &differences);
+  std::erase_if(differences, [](const auto& of) { return of.second[0] == of.second[1]; });
+  return differences;
+}
+
+// The first of them: "camera_delay_frames: 1 then, 4 now".
+std::string SentenceOf(const PlanDifferences& differences, const Sides& sides) {
+  if (differences.empty()) return "";
+  const auto& [key, values] = *differences.begin();
+  return fmt::format("{}: {} {}, {} {}", key, system::Shortened(values[0]), sides.a,
+                     system::Shortened(values[1]), sides.b);
 }
 
 // Of a file as a resolved plan names it.
@@ -36,25 +60,26 @@ std::string PathIn(const config::YamlNode& plan, const std::string& name) {
   return (std::filesystem::path(folder->Text().value_or("")) / name).lexically_normal();
 }
 
-// What the values of the same name in two groups differ in; empty where they do not.
+// What two plans differ in of a key that both have, of a group only under the same names.
 std::string CommonDifference(const config::YamlNode& before, const config::YamlNode& now,
-                             const std::string& key) {
+                             const std::string& key, const Sides& sides) {
   const auto was = before.Find(key), is = now.Find(key);
-  if (!was || !is || !was->IsMap() || !is->IsMap()) return "";
-  for (const auto& [name, value] : was->Entries())
-    if (const auto other = is->Find(name); other && other->Canonical() != value.Canonical()) {
-      const bool is_text = value.Text() && other->Text();
-      const std::string difference = FirstDifference(is_text ? *value.Text() : value.OneLine(),
-                                                     is_text ? *other->Text() : other->OneLine());
-      if (!difference.empty())
-        return key == "model_files" ? fmt::format("the file {} has changed", PathIn(now, name))
-                                    : fmt::format("{}: {}", name, difference);
-    }
+  if (!was || !is) return "";
+  if (!was->IsMap() || !is->IsMap()) return SentenceOf(DifferencesOf(*was, *is, key), sides);
+  for (const auto& [name, value] : was->Entries()) {
+    const auto other = is->Find(name);
+    if (!other) continue;
+    const std::string difference =
+        SentenceOf(DifferencesOf(value, *other, key == "resolved_scenarios" ? "" : name), sides);
+    if (!difference.empty())
+      return key == "model_files" ? fmt::format("the file {} has changed", PathIn(now, name))
+                                  : difference;
+  }
   return "";
 }
 
 // Lines of a name and a digest.
-std::string CodeDifference(const std::string& before, const std::string& now) {
+std::string CodeDifference(const std::string& before, const std::string& now, const Sides& sides) {
   std::istringstream lines(before);
   for (std::string line; std::getline(lines, line);) {
     const std::string name = line.substr(0, line.rfind(' ') + 1);
@@ -64,7 +89,9 @@ std::string CodeDifference(const std::string& before, const std::string& now) {
                   ? "has changed"
                   : "cannot be told, and may have changed");
   }
-  return before == now ? "" : "the plug-ins differ: " + FirstDifference(before, now);
+  if (before == now) return "";
+  return fmt::format("the plug-ins differ: '{}' {}, '{}' {}", system::OneLineOf(before), sides.a,
+                     system::OneLineOf(now), sides.b);
 }
 
 // A resolved plan may be anywhere, with the files beside it.
@@ -75,23 +102,19 @@ std::string WithFolder(const std::string& plan, const std::string& line) {
          plan.substr(std::min(plan.size(), plan.find('\n', begin + 1)));
 }
 
-// What decides no trial is left out.
-std::string Deciding(const std::string& plan) {
+// A plan, or a text that is none.
+config::YamlNode Parsed(const std::string& plan) {
   try {
-    std::string text;
-    const config::YamlNode node = config::ParseYaml(plan, "plan");
-    for (const auto& [key, value] : node.Entries())
-      if (key != kFolderKey && key != "description") text += key + ": " + value.Canonical() + "\n";
-    return text;
-  } catch (const ConfigError&) {  // no plan
-    return plan;
+    return config::ParseYaml(plan, "plan");
+  } catch (const ConfigError&) {
+    return config::TextNode(plan, {nullptr, "plan", ""});
   }
 }
 
 }  // namespace
 
-StoreHeader HeaderOf(const Plan& plan, const Shard& shard) {
-  return {.kind = "batch",
+StoreHeader HeaderOf(const Plan& plan, const Shard& shard, const std::string& kind) {
+  return {.kind = kind,
           .plan = plan.resolved(),
           .build = system::BuildId(),
           .code = plan.code(),
@@ -100,38 +123,30 @@ StoreHeader HeaderOf(const Plan& plan, const Shard& shard) {
           .keys = plan.keys()};
 }
 
-std::string ChangeOf(const StoreHeader& before, const StoreHeader& now) {
+PlanDifferences DifferencesOf(const std::string& a, const std::string& b) {
+  return DifferencesOf(Parsed(a), Parsed(b), "");
+}
+
+std::string ChangeOf(const StoreHeader& before, const StoreHeader& now, const Sides& sides) {
   if (before.build != now.build) return "the builds differ: " + before.build + " and " + now.build;
-  if (std::string code = CodeDifference(before.code, now.code); !code.empty()) return code;
-  try {
-    const config::YamlNode was = config::ParseYaml(before.plan, "plan"),
-                           is = config::ParseYaml(now.plan, "plan");
-    for (const char* key : {"master_seed", "common_seeds"})
-      if (was.Find(key) && is.Find(key))
-        if (const std::string difference =
-                FirstDifference(was.Find(key)->OneLine(), is.Find(key)->OneLine());
-            !difference.empty())
-          return std::string(key) + ": " + difference;
-    for (const char* key :
-         {"model_files", "resolved_scenarios", "conditions", "cases", "strata", "random"})
-      if (std::string difference = CommonDifference(was, is, key); !difference.empty())
-        return difference;
-  } catch (const ConfigError&) {  // of an older program: the texts still differ
-  }
+  if (std::string code = CodeDifference(before.code, now.code, sides); !code.empty()) return code;
+  const config::YamlNode was = Parsed(before.plan), is = Parsed(now.plan);
+  for (const char* key : {"master_seed", "common_seeds", "model_files", "resolved_scenarios",
+                          "cases", "strata", "random"})
+    if (std::string difference = CommonDifference(was, is, key, sides); !difference.empty())
+      return difference;
   return "";
 }
 
-std::vector<std::string> Differences(const StoreHeader& a, const StoreHeader& b) {
-  std::vector<std::string> differences;
-  if (a.kind != b.kind)
-    differences.push_back("one was written by " + a.kind + ", the other by " + b.kind);
-  if (const std::string change = ChangeOf(a, b); !change.empty())
-    differences.push_back(change);
-  else if (Deciding(a.plan) != Deciding(b.plan))
-    differences.push_back("the plans differ: " + FirstDifference(a.plan, b.plan));
-  else if (a.trials != b.trials)
-    differences.push_back(fmt::format("{} trials then, {} now", a.trials, b.trials));
-  return differences;
+std::string DifferenceOf(const StoreHeader& a, const StoreHeader& b, const Sides& sides) {
+  if (a.kind != b.kind) return "one was written by " + a.kind + ", the other by " + b.kind;
+  if (std::string change = ChangeOf(a, b, sides); !change.empty()) return change;
+  PlanDifferences plans = DifferencesOf(a.plan, b.plan);
+  for (const char* key : {kFolderKey, "description"}) plans.erase(key);  // which decide no trial
+  if (!plans.empty()) return "the plans differ: " + SentenceOf(plans, sides);
+  if (a.trials != b.trials)
+    return fmt::format("{} trials {}, {} {}", a.trials, sides.a, b.trials, sides.b);
+  return "";
 }
 
 std::string PlanMoved(const std::string& plan, const std::string& from, const std::string& to) {

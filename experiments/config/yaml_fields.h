@@ -36,8 +36,8 @@ namespace turbidock::config {
 // key.path.0.
 Assignment ParseAssignment(const std::string& text);
 std::vector<Assignment> ParseAssignments(const std::vector<std::string>& texts);
-// As --set has them, a group of keys as one for each key in it.
-std::vector<std::string> TextsOf(const std::vector<Assignment>& assignments);
+// The same values, a group of keys as one for each key in it.
+std::vector<Assignment> LeavesOf(const std::vector<Assignment>& assignments);
 
 // Several mistakes, a line each.
 struct ConfigErrors : ConfigError {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/plain_text.h"
@@ -109,15 +110,19 @@ std::vector<Assignment> ParseAssignments(const std::vector<std::string>& texts) 
   return assignments;
 }
 
-std::vector<std::string> TextsOf(const std::vector<Assignment>& assignments) {
-  std::vector<std::string> texts;
-  const std::function<void(const std::string&, const YamlNode&)> add = [&](const std::string& key,
-                                                                           const YamlNode& value) {
-    if (!value.IsMap()) return texts.push_back(key + "=" + value.OneLine());
-    for (const auto& [name, part] : value.Entries()) add(JoinKey(key, name), part);
-  };
-  for (const Assignment& each : assignments) add(each.key, each.value);
-  return texts;
+std::vector<Assignment> LeavesOf(const std::vector<Assignment>& assignments) {
+  std::vector<Assignment> leaves;
+  for (const Assignment& each : assignments) {
+    std::vector<Assignment> parts;
+    if (each.value.IsMap())
+      for (const auto& [name, part] : each.value.Entries())
+        parts.push_back({JoinKey(each.key, name), part});
+    if (parts.empty())
+      leaves.push_back(each);
+    else
+      std::ranges::copy(LeavesOf(parts), std::back_inserter(leaves));
+  }
+  return leaves;
 }
 
 }  // namespace turbidock::config

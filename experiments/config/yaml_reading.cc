@@ -279,8 +279,14 @@ class Reader {
     Int parsed = 0;
     const auto [stop, error] =
         std::from_chars(text.data() + (text.starts_with('+') ? 1 : 0), end, parsed);
-    if (error == std::errc::result_out_of_range && stop == end)
-      FailValue(at, fmt::format("must be in [{}, {}]", Limits::min(), Limits::max()), "");
+    if (error == std::errc::result_out_of_range && stop == end) {
+      const auto& [low, high, low_open, high_open] = field.range;
+      const Int least =
+          low > static_cast<double>(Limits::min()) ? static_cast<Int>(low) : Limits::min();
+      const Int most =
+          high < static_cast<double>(Limits::max()) ? static_cast<Int>(high) : Limits::max();
+      FailValue(at, fmt::format("must be in [{}, {}]", least, most), "");
+    }
     if (error != std::errc{} || stop != end) {
       const Parsed number = ParseDouble(text);  // 1.5, or 5 pieces
       if (number.error != std::errc{}) FailType(at, field);

@@ -7,9 +7,9 @@
 
 #include "experiments/batch/success_charts.h"
 #include "experiments/batch/summary.h"
-#include "experiments/page/plain.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/report/report_json.h"
+#include "experiments/system/plain_text.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/trial_view.h"
 
@@ -56,7 +56,9 @@ Json ColumnsOf(const std::vector<StoredTrial>& trials) {
 }
 
 // The trial again; its number comes behind.
-std::string ReplayOf(const std::string& file) { return "turbidock replay " + ShellWord(file); }
+std::string ReplayOf(const std::string& file) {
+  return "turbidock replay " + system::ShellWord(file);
+}
 
 // What is shown beside the name of a failure.
 Json MeaningsOf() {
@@ -78,7 +80,7 @@ Page BatchPage(const batch::ResultStore& store, const std::string& file,
   model = report::Document(batch::ReportOf(summary), Json::object())["report"];
   model.update({{"kind", "batch"},
                 {"kind_title", header.kind == "batch" ? "batch" : header.kind + ": its trials"},
-                {"replay", header.kind == "batch" ? Json(ReplayOf(file)) : Json()},
+                {"replay", header.is_of_plan() ? Json(ReplayOf(file)) : Json()},
                 {"meanings", MeaningsOf()},
                 {"success", batch::ChartsOf(header, trials)},
                 {"rows", trials.size()},
@@ -108,7 +110,7 @@ StoredTrials::StoredTrials(const batch::ResultStore& store, std::string file, st
       bytes_left_(series_bytes),
       page_(page),
       stored_(store.TrialsWithSeries()) {
-  if (store.header().kind != "batch") return;
+  if (!store.header().is_of_plan()) return;
   try {
     plan_.emplace(store.PlanHere(), file_, batch::PlanOverrides{.plugins = plugins});
   } catch (const ConfigError& error) {
@@ -151,7 +153,7 @@ LinkedTrial StoredTrials::Of(int64_t number) {
     const report::Quantity name = batch::NameOfKey(p.key);
     linked.facts.push_back({name.Title(), batch::ValueText(p.key, p.value), p.key});
   }
-  if (store_.header().kind == "batch")
+  if (store_.header().is_of_plan())
     linked.commands = {
         {"The trial again, with film and all its files",
          fmt::format("{} {} --out out/{}{}", ReplayOf(file_), number, name_, number)}};

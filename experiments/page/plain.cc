@@ -58,13 +58,6 @@ std::string EscapeHtml(std::string text) {
   return text;
 }
 
-std::string ShellWord(const std::string& text) {
-  constexpr std::string_view kPlain =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./:=,@%+";
-  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
-  return "'" + boost::replace_all_copy(text, "'", "'\\''") + "'";
-}
-
 std::string Plain(const Json& model) {
   std::string text = Element("h1", model.value("title", "turbidock"));
   if (model.contains("verdict"))

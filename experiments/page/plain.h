@@ -1,6 +1,5 @@
 #pragma once
-// What a page says before its script has drawn it, and where that may not run: text and tables; and
-// text as others read it back.
+// What a page says before its script has drawn it, and where that may not run: text and tables.
 
 #include <string>
 
@@ -10,9 +9,6 @@ namespace turbidock::page {
 
 // Text as it may stand between tags and in attributes with double quotes.
 std::string EscapeHtml(std::string text);
-
-// A word of a command as a shell reads it back: in quotes where it needs them.
-std::string ShellWord(const std::string& text);
 
 // An element with the id `plain`, which the script removes: title, verdict, facts and sections of a
 // report's model.

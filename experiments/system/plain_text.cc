@@ -82,6 +82,13 @@ std::string Shortened(const std::string& text) {
   return plain.size() <= kLongest ? plain : plain.substr(0, LetterBegin(plain, kLongest)) + "...";
 }
 
+std::string ShellWord(const std::string& text) {
+  constexpr std::string_view kPlain =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./:=,@%+";
+  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
+  return "'" + boost::replace_all_copy(text, "'", "'\\''") + "'";
+}
+
 std::string Indented(const std::string& lines, const std::string& by) {
   return by + boost::replace_all_copy(lines.substr(0, lines.size() - 1), "\n", "\n" + by) + "\n";
 }

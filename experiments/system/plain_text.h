@@ -23,6 +23,9 @@ std::string OneLineOf(std::string_view text);
 // more.
 std::string Shortened(const std::string& text);
 
+// A word of a command as a shell reads it back: in quotes where it needs them.
+std::string ShellWord(const std::string& text);
+
 // Whole lines with `by` before each, as a block of YAML has them.
 std::string Indented(const std::string& lines, const std::string& by);
 

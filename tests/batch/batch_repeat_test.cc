@@ -100,6 +100,9 @@ TEST_F(Batch, WorkersAndShardsDoNotShowInTheRows) {
   const auto status = nlohmann::json::parse(Run({"status", File("one.db"), "--json"}));
   EXPECT_EQ(status["done"], 6);
   EXPECT_EQ(status["running"], false);
+  // a result, on stdout: what status says, however quiet
+  EXPECT_EQ(RunProgram({"batch", plan_, "--out", File("one.db"), "--quiet"}).out,
+            RunProgram({"status", File("one.db")}).out);
   EXPECT_THAT(Run({"status", File("one.db"), "--over", "start.heading_rad", "--by", "scenario"}),
               HasSubstr("below 50 % everywhere"));
 }
@@ -288,7 +291,7 @@ TEST_F(Batch, ATamperedResultIsFoundOut) {
   EXPECT_THAT(Run({"merge", File("m.db"), File("a.db"), File("b.db")}, 5), HasSubstr("trial 1"));
   RunBatch("c.db", {"--seeds", "1", "--seed", "5"});
   EXPECT_THAT(Run({"merge", File("n.db"), File("b.db"), File("c.db")}, 5),
-              HasSubstr("master_seed: '1' in " + File("b.db") + ", '5' in " + File("c.db")));
+              HasSubstr("master_seed: 1 in " + File("b.db") + ", 5 in " + File("c.db")));
 }
 
 TEST_F(Batch, AHungTrialIsAnOutcome) {

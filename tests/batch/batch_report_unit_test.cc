@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -15,8 +14,9 @@
 #include "experiments/report/report.h"
 #include "experiments/report/report_json.h"
 #include "experiments/statistics/paired_tests.h"
-#include "sim/base/check.h"
 #include "tests/support/message_of.h"
+#include "tests/support/own_folder.h"
+#include "tests/support/stored_trials.h"
 
 namespace turbidock::batch {
 namespace {
@@ -26,11 +26,8 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-class BatchReport : public ::testing::Test {
+class BatchReport : public testing::OwnFolder {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   // A batch of so many trials, of which some are stored: two controllers over four values of milk,
   // of which no trial docks from 40 on.
   ResultStore Store(int64_t trials, int64_t stored,
@@ -57,9 +54,7 @@ class BatchReport : public ::testing::Test {
                                                                    : "lqg"});
       trial::TrialRecord& r = trial.record;
       r.seed = i;
-      r.docked = r.inserted = milk < 40;
-      r.outcome = r.docked ? trial::Outcome::kSuccess : trial::Outcome::kCollision;
-      r.failure = r.docked ? trial::Failure::kNone : trial::Failure::kCollision;
+      testing::End(&r, milk < 40 ? trial::Failure::kNone : trial::Failure::kCollision);
       r.time_s = 10 + static_cast<double>(i % 8);
       r.final_error_true.y_m = 0.003;
       store.Add(trial);
@@ -70,12 +65,7 @@ class BatchReport : public ::testing::Test {
     return SummaryOf(store, file_, options);
   }
 
-  const std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() /
-      (std::string("turbidock_batch_report_") +
-       ::testing::UnitTest::GetInstance()->current_test_info()->name() + "_" +
-       std::to_string(getpid()));
-  const std::string file_ = (folder_ / "b.db").string();
+  const std::string file_ = File("b.db");
 };
 
 TEST_F(BatchReport, SaysHowFarItIsAndWhatCameOut) {

@@ -11,6 +11,7 @@
 
 #include "experiments/report/table.h"
 #include "sim/base/random.h"
+#include "tests/support/stored_trials.h"
 
 namespace turbidock::batch {
 namespace {
@@ -19,11 +20,8 @@ using ::testing::HasSubstr;
 
 StoredTrial Trial(int64_t seed, bool failed, const std::vector<Parameter>& parameters) {
   StoredTrial trial{.trial = seed, .parameters = parameters};
-  trial::TrialRecord& r = trial.record;
-  r.seed = seed;
-  r.docked = r.inserted = !failed;
-  r.outcome = failed ? trial::Outcome::kTimeout : trial::Outcome::kSuccess;
-  r.failure = failed ? trial::Failure::kTimeout : trial::Failure::kNone;
+  trial.record.seed = seed;
+  testing::End(&trial.record, failed ? trial::Failure::kTimeout : trial::Failure::kNone);
   return trial;
 }
 

@@ -4,8 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -17,6 +15,7 @@
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "tests/support/message_of.h"
+#include "tests/support/own_folder.h"
 
 namespace turbidock::batch {
 namespace {
@@ -27,6 +26,11 @@ const std::string kHead = "schema_version: 1\n";
 
 Plan Make(const std::string& text, const PlanOverrides& overrides = {}) {
   return Plan(kHead + text, "plan.yaml", overrides);
+}
+
+// What is said of a plan that is no good, of trials in a pool.
+std::string ErrorOf(const std::string& text, const PlanOverrides& overrides = {}) {
+  return testing::MessageOf([&] { Make("scenario: pool_active\n" + text, overrides); });
 }
 
 std::vector<double> Draws(const Plan& plan, size_t parameter, int64_t first, int64_t count) {
@@ -142,23 +146,25 @@ TEST(Plan, LeavesToItsUsesWhatIsTheirs) {
   const std::string text = "scenario: pool_active\n";
   const Plan plan = Make(text), both = Make(text + "gate: {any: thing}\ntuning: [1]\n");
   EXPECT_EQ(both.resolved(), plan.resolved());
+  // who reads one is told of the other alone
+  EXPECT_EQ(both.remarks().size(), 2u);
+  EXPECT_THAT(Make(text + "gate: {}\ntuning: {}\n", {.use = "gate"}).remarks(),
+              ::testing::ElementsAre("tuning: is not read here; it is what `turbidock tune` "
+                                     "searches (list study-keys)"));
 }
 
 TEST(Plan, RefusesWhatAUseCannotTakeOrIsNoMore) {
-  const auto error = [](const std::string& text, const PlanOverrides& overrides = {}) {
-    return testing::MessageOf([&] { Make("scenario: pool_active\n" + text, overrides); });
-  };
   const PlanOverrides gate{.refused = {{"precision", "a gate runs until its tests know"}}};
-  EXPECT_THAT(error("seeds: 2\nprecision: 0\n", gate),
+  EXPECT_THAT(ErrorOf("seeds: 2\nprecision: 0\n", gate),
               HasSubstr("plan.yaml:4: precision: a gate runs until its tests know"));
-  EXPECT_EQ(error("seeds: 2\n", gate), "no error");
+  EXPECT_EQ(ErrorOf("seeds: 2\n", gate), "no error");
   EXPECT_EQ(testing::MessageOf(
                 [&] { Plan(Make("scenario: pool_active\n").resolved(), "resolved", gate); }),
             "no error");
-  EXPECT_THAT(error("conditions: []\n"), HasSubstr("plan.yaml:3: conditions: is now `cases`"));
-  EXPECT_THAT(error("trials: {}\n"), HasSubstr("plan.yaml:3: trials: its keys now stand at the"));
-  EXPECT_THAT(error("model_files: {}\n"), HasSubstr("plan.yaml:3: model_files: only a resolved"));
-  EXPECT_THAT(error("folder: /tmp\n"), HasSubstr("plan.yaml:3: folder: only a resolved"));
+  EXPECT_THAT(ErrorOf("conditions: []\n"), HasSubstr("plan.yaml:3: conditions: is now `cases`"));
+  EXPECT_THAT(ErrorOf("trials: {}\n"), HasSubstr("plan.yaml:3: trials: its keys now stand at the"));
+  EXPECT_THAT(ErrorOf("model_files: {}\n"), HasSubstr("plan.yaml:3: model_files: only a resolved"));
+  EXPECT_THAT(ErrorOf("folder: /tmp\n"), HasSubstr("plan.yaml:3: folder: only a resolved"));
 }
 
 TEST(Plan, SaysAllItsKeys) {
@@ -167,24 +173,21 @@ TEST(Plan, SaysAllItsKeys) {
     EXPECT_FALSE(doc.doc.empty()) << doc.key;
     all += (all.empty() ? "" : ", ") + doc.key;
   }
-  EXPECT_THAT(testing::MessageOf([] { Make("scenario: pool_active\nstrate: {}\n"); }),
+  EXPECT_THAT(ErrorOf("strate: {}\n"),
               HasSubstr("plan.yaml:3: strate: unknown key; did you mean strata? Allowed: " + all));
 }
 
 TEST(Plan, RefusesCasesThatSayNothingOrTwice) {
-  const auto error = [](const std::string& text) {
-    return testing::MessageOf([&] { Make("scenario: pool_active\n" + text); });
-  };
-  EXPECT_THAT(error("cases: {}\n"), HasSubstr("cases: must be a map of names"));
-  EXPECT_THAT(error("cases: [1]\n"), HasSubstr("plan.yaml:3: cases"));
-  EXPECT_THAT(error("cases: {a: {duration_s: 5}}\ngrid: {duration_s: [6]}\n"),
+  EXPECT_THAT(ErrorOf("cases: {}\n"), HasSubstr("cases: must be a map of names"));
+  EXPECT_THAT(ErrorOf("cases: [1]\n"), HasSubstr("plan.yaml:3: cases"));
+  EXPECT_THAT(ErrorOf("cases: {a: {duration_s: 5}}\ngrid: {duration_s: [6]}\n"),
               HasSubstr("this key is given twice, also by plan.yaml:3: cases.a.duration_s"));
-  EXPECT_THAT(error("cases: {a: {seed: 5}}\n"), HasSubstr("set master_seed"));
-  EXPECT_THAT(error("cases: {a: {scenario: x}}\n"), HasSubstr("x: no such file"));
-  EXPECT_THAT(error("cases: {a: {}, a: {}}\n"), HasSubstr("duplicate key"));
-  EXPECT_THAT(error("cases: {a: {duration: 5}}\n"), HasSubstr("duration_s"));
-  EXPECT_THAT(error("grid: {case: [a]}\n"), HasSubstr("`cases` makes"));
-  EXPECT_THAT(error("random: {case: {choice: [a]}}\n"), HasSubstr("`cases` makes"));
+  EXPECT_THAT(ErrorOf("cases: {a: {seed: 5}}\n"), HasSubstr("set master_seed"));
+  EXPECT_THAT(ErrorOf("cases: {a: {scenario: x}}\n"), HasSubstr("x: no such file"));
+  EXPECT_THAT(ErrorOf("cases: {a: {}, a: {}}\n"), HasSubstr("duplicate key"));
+  EXPECT_THAT(ErrorOf("cases: {a: {duration: 5}}\n"), HasSubstr("duration_s"));
+  EXPECT_THAT(ErrorOf("grid: {case: [a]}\n"), HasSubstr("`cases` makes"));
+  EXPECT_THAT(ErrorOf("random: {case: {choice: [a]}}\n"), HasSubstr("`cases` makes"));
 }
 
 TEST(Plan, ResolvedIsItselfWhateverItsTextsHold) {
@@ -205,31 +208,25 @@ TEST(Plan, ResolvedIsItselfWhateverItsTextsHold) {
 }
 
 TEST(Plan, RefusesNamesThatAreNone) {
-  const auto error = [](const std::string& text) {
-    return testing::MessageOf([&] { Make("scenario: pool_active\n" + text); });
-  };
   const std::string must = "must be a name of one line and at most 1000 bytes";
-  EXPECT_THAT(error("cases: {'': {}}\n"), HasSubstr(must));
-  EXPECT_THAT(error("strata: {\"a\\nb\": {}}\n"), HasSubstr(must));
-  EXPECT_THAT(error("cases:\n  ? " + std::string(1001, 'x') + "\n  : {}\n"), HasSubstr(must));
+  EXPECT_THAT(ErrorOf("cases: {'': {}}\n"), HasSubstr(must));
+  EXPECT_THAT(ErrorOf("strata: {\"a\\nb\": {}}\n"), HasSubstr(must));
+  EXPECT_THAT(ErrorOf("cases:\n  ? " + std::string(1001, 'x') + "\n  : {}\n"), HasSubstr(must));
   EXPECT_NO_THROW(Make("scenario: pool_active\ncases: {" + std::string(1000, 'x') + ": {}}\n"));
 }
 
 TEST(Plan, SaysWhereAWrongValueStands) {
-  const auto error = [](const std::string& text) {
-    return testing::MessageOf([&] { Make("scenario: pool_active\n" + text); });
-  };
-  EXPECT_THAT(error("grid:\n  duration_s:\n    - 5\n    - -5\n"),
+  EXPECT_THAT(ErrorOf("grid:\n  duration_s:\n    - 5\n    - -5\n"),
               HasSubstr("plan.yaml:6: duration_s = -5"));
-  EXPECT_THAT(error("cases:\n  a: {duration_s: 5}\n  b: {duration_s: -5}\n"),
+  EXPECT_THAT(ErrorOf("cases:\n  a: {duration_s: 5}\n  b: {duration_s: -5}\n"),
               HasSubstr("plan.yaml:5: duration_s = -5"));
-  EXPECT_THAT(error("seeds: 2\nstrata:\n  a: {duration_s: 5}\n  b: {duration_s: -5}\n"),
+  EXPECT_THAT(ErrorOf("seeds: 2\nstrata:\n  a: {duration_s: 5}\n  b: {duration_s: -5}\n"),
               HasSubstr("plan.yaml:6: duration_s = -5"));
   // of two that do not go together
-  EXPECT_THAT(error("set: {controller: lqg, procedure.blind_max_s: 6}\n"
-                    "cases:\n  a: {}\n  b: {controller: p_voltage}\n"),
+  EXPECT_THAT(ErrorOf("set: {controller: lqg, procedure.blind_max_s: 6}\n"
+                      "cases:\n  a: {}\n  b: {controller: p_voltage}\n"),
               HasSubstr("plan.yaml:3: procedure.blind_max_s: 6 needs a controller that predicts"));
-  EXPECT_THAT(error("random:\n  duration_s: {uniform: [-2, -1]}\n"),
+  EXPECT_THAT(ErrorOf("random:\n  duration_s: {uniform: [-2, -1]}\n"),
               HasSubstr("plan.yaml:4: duration_s = -"));
 }
 
@@ -264,7 +261,7 @@ TEST(Plan, MeetsItsStrataInTurnWithinEveryCell) {
 
 TEST(Plan, RefusesStrataThatAreNotMetEquallyOftenOrNameAKeyTwice) {
   const auto error = [](const std::string& text, const PlanOverrides& overrides = {}) {
-    return testing::MessageOf([&] { Make("scenario: pool_active\nseeds: 4\n" + text, overrides); });
+    return ErrorOf("seeds: 4\n" + text, overrides);
   };
   const std::string strata = "strata: {a: {duration_s: 5}, b: {duration_s: 6}}\n";
   EXPECT_NO_THROW(Make("scenario: pool_active\nseeds: 4\n" + strata));
@@ -288,10 +285,7 @@ TEST(Plan, RefusesStrataThatAreNotMetEquallyOftenOrNameAKeyTwice) {
 TEST(Plan, RefusesToSetWhatItGivesEachTrial) {
   const auto error = [](const std::string& text,
                         const std::string& assignment = "lamps.enabled=true") {
-    return testing::MessageOf([&] {
-      Make("scenario: pool_active\nseeds: 2\n" + text,
-           {.assignments = {config::ParseAssignment(assignment)}});
-    });
+    return ErrorOf("seeds: 2\n" + text, {.assignments = {config::ParseAssignment(assignment)}});
   };
   for (const std::string varied :
        {"grid: {duration_s: [5]}\n", "random: {duration_s: {uniform: [5, 6]}}\n",
@@ -420,15 +414,14 @@ TEST(Plan, ItsHashSeesWhateverChangesATrial) {
   EXPECT_FALSE(hashes.insert(Make(text).hash()).second);
 }
 
+using PlanFiles = testing::OwnFolder;
+
 // Also one that none of the trials that are looked at has drawn.
-TEST(Plan, ItsHashSeesEveryModelThatMayBeDrawn) {
-  const auto folder = std::filesystem::temp_directory_path() /
-                      ("turbidock_plan_models_" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
+TEST_F(PlanFiles, ItsHashSeesEveryModelThatMayBeDrawn) {
   std::string choices;
   std::vector<std::string> models;
   for (const char* name : {"a", "b", "c"}) {
-    models.push_back((folder / (std::string(name) + ".xml")).string());
+    models.push_back(File(std::string(name) + ".xml"));
     std::filesystem::copy_file(config::ModelPath("station.xml"), models.back());
     choices += (choices.empty() ? "'" : ", '") + models.back() + "'";
   }
@@ -443,7 +436,6 @@ TEST(Plan, ItsHashSeesEveryModelThatMayBeDrawn) {
     std::ofstream(model, std::ios::app) << "<!-- heavier -->\n";
     EXPECT_NE(plan().hash(), before.hash()) << model;
   }
-  std::filesystem::remove_all(folder);
 }
 
 TEST(Plan, NumbersItsTrialsTheSameForAnyPrecision) {
@@ -500,60 +492,50 @@ TEST(Plan, ForSoManySeedsHasNoPrecision) {
 
 TEST(Plan, SaysWhatIsWrongAndWhere) {
   const std::pair<const char*, const char*> cases[] = {
-      {"", "plan.yaml: scenario: this key is required"},
-      {"scenario: pool_activ\n", "did you mean pool_active?"},
-      {"scenario: pool_active\nseed: 3\n", "plan.yaml:3: seed: unknown key; did you mean seeds?"},
-      {"scenario: pool_active\nseeds: 0\n", "plan.yaml:3: seeds = 0, must be in [1, 1e+06]"},
-      {"scenario: pool_active\nset:\n  water.milk_ml_m4: 1\n",
+      {"seed: 3\n", "plan.yaml:3: seed: unknown key; did you mean seeds?"},
+      {"seeds: 0\n", "plan.yaml:3: seeds = 0, must be in [1, 1e+06]"},
+      {"set:\n  water.milk_ml_m4: 1\n",
        "plan.yaml:4: water.milk_ml_m4: unknown key; did you mean milk_ml_m3?"},
-      {"scenario: pool_active\nset: {start.distance_min_m: -1}\n",
-       "plan.yaml:3: start.distance_min_m = -1, must be in"},
-      {"scenario: pool_active\ngrid: {water.milk_ml_m4: [1]}\n",
+      {"set: {start.distance_min_m: -1}\n", "plan.yaml:3: start.distance_min_m = -1, must be in"},
+      {"grid: {water.milk_ml_m4: [1]}\n",
        "plan.yaml:3: water.milk_ml_m4: unknown key; did you mean milk_ml_m3?"},
-      {"scenario: pool_active\ngrid: {water.milk_ml_m3: [1, -1]}\n",
-       "plan.yaml:3: water.milk_ml_m3 = -1"},
-      {"scenario: pool_active\ngrid: {water.milk_ml_m3: [1, 2, 1]}\n",
+      {"grid: {water.milk_ml_m3: [1, -1]}\n", "plan.yaml:3: water.milk_ml_m3 = -1"},
+      {"grid: {water.milk_ml_m3: [1, 2, 1]}\n",
        "plan.yaml:3: grid.water.milk_ml_m3[2]: '1' is given twice"},
-      {"scenario: pool_active\ngrid: {water.milk_ml_m3: [0.1, 1.0e-1]}\n",
+      {"grid: {water.milk_ml_m3: [0.1, 1.0e-1]}\n",
        "plan.yaml:3: grid.water.milk_ml_m3[1]: '1.0e-1' is given twice"},
-      {"scenario: pool_active\ngrid: {water.milk_ml_m3: 3}\n",
+      {"grid: {water.milk_ml_m3: 3}\n",
        "plan.yaml:3: grid.water.milk_ml_m3: must be a list of values"},
-      {"scenario: pool_active\ngrid: {seed: [1]}\n", "set master_seed"},
-      {"scenario: pool_active\ngrid: {scenario: [pool_passive]}\n", "leave one out"},
-      {"scenario: pool_active\ngrid: {start.lateral_m: [1]}\n"
-       "random: {start.lateral_m: {uniform: [0, 1]}}\n",
+      {"grid: {seed: [1]}\n", "set master_seed"},
+      {"grid: {scenario: [pool_passive]}\n", "leave one out"},
+      {"grid: {start.lateral_m: [1]}\nrandom: {start.lateral_m: {uniform: [0, 1]}}\n",
        "plan.yaml:4: random.start.lateral_m: this key is given twice"},
-      {"scenario: pool_active\nrandom: {start.lateral_m: {uniform: [1, 0]}}\n",
-       "low must be below high"},
-      {"scenario: pool_active\nrandom: {start.lateral_m: {uniform: [1]}}\n",
+      {"random: {start.lateral_m: {uniform: [1, 0]}}\n", "low must be below high"},
+      {"random: {start.lateral_m: {uniform: [1]}}\n",
        "plan.yaml:3: random.start.lateral_m.uniform has 1 element, must be a list of 2 numbers"},
-      {"scenario: pool_active\nrandom: {start.lateral_m: {log_uniform: [0, 1]}}\n",
-       "low must be > 0"},
-      {"scenario: pool_active\nrandom: {start.lateral_m: {normal: [1, 0]}}\n",
-       "the standard deviation must be > 0"},
-      {"scenario: pool_active\nrandom: {start.lateral_m: {normal: [38, 0.5], within: [13, 17]}}\n",
+      {"random: {start.lateral_m: {log_uniform: [0, 1]}}\n", "low must be > 0"},
+      {"random: {start.lateral_m: {normal: [1, 0]}}\n", "the standard deviation must be > 0"},
+      {"random: {start.lateral_m: {normal: [38, 0.5], within: [13, 17]}}\n",
        "plan.yaml:3: random.start.lateral_m: `within` is more than 5 standard deviations"},
-      {"scenario: pool_active\nrandom: {start.lateral_m: {normal: [-9, 1], within: [0, 1]}}\n",
+      {"random: {start.lateral_m: {normal: [-9, 1], within: [0, 1]}}\n",
        "more than 5 standard deviations"},
-      {"scenario: pool_active\nrandom: {start.lateral_m: {gamma: [1, 2]}}\n",
+      {"random: {start.lateral_m: {gamma: [1, 2]}}\n",
        "must be one of uniform, normal, log_uniform, choice"},
-      {"scenario: pool_active\nseeds: 50\nrandom: {start.lateral_m: {normal: [0.5, 1]}}\n",
-       "start.lateral_m = -"},
-      {"scenario: pool_active\nprecision: 0.6\n",
-       "plan.yaml:3: precision = 0.6, must be in [0, 0.5]"},
-      {"scenario: pool_active\nprecision: .nan\n", "plan.yaml:3: precision"},
-      {"scenario: pool_active\nprecision: high\n", "plan.yaml:3: precision = 'high', must be"},
-      {"scenario: pool_active\nprecision: 0.1\nmax_trials: 40\n",
-       "plan.yaml:4: max_trials: unknown key"},
-      {"scenario: pool_active\nprecision: 0.001\n"
-       "grid: {water.milk_ml_m3: [0,1,2,3,4,5,6,7,8,9,10]}\n",
+      {"seeds: 50\nrandom: {start.lateral_m: {normal: [0.5, 1]}}\n", "start.lateral_m = -"},
+      {"precision: 0.6\n", "plan.yaml:3: precision = 0.6, must be in [0, 0.5]"},
+      {"precision: .nan\n", "plan.yaml:3: precision"},
+      {"precision: high\n", "plan.yaml:3: precision = 'high', must be"},
+      {"precision: 0.1\nmax_trials: 40\n", "plan.yaml:4: max_trials: unknown key"},
+      {"precision: 0.001\ngrid: {water.milk_ml_m3: [0,1,2,3,4,5,6,7,8,9,10]}\n",
        "more than 10000000 trials"},
-      {"scenario: pool_active\nseeds: 1000000\n"
-       "grid: {water.milk_ml_m3: [0,1,2,3,4,5,6,7,8,9,10]}\n",
+      {"seeds: 1000000\ngrid: {water.milk_ml_m3: [0,1,2,3,4,5,6,7,8,9,10]}\n",
        "more than 10000000 trials"},
   };
-  for (const auto& [text, said] : cases)
-    EXPECT_THAT(testing::MessageOf([text = text] { Make(text); }), HasSubstr(said)) << text;
+  for (const auto& [text, said] : cases) EXPECT_THAT(ErrorOf(text), HasSubstr(said)) << text;
+  EXPECT_THAT(testing::MessageOf([] { Make(""); }),
+              HasSubstr("plan.yaml: scenario: this key is required"));
+  EXPECT_THAT(testing::MessageOf([] { Make("scenario: pool_activ\n"); }),
+              HasSubstr("did you mean pool_active?"));
 }
 
 TEST(Plan, LooksAtTheFirstTenThousandOfItsDraws) {
@@ -562,11 +544,7 @@ TEST(Plan, LooksAtTheFirstTenThousandOfItsDraws) {
   const Plan plan = Make(text);
   const trial::Scenario last = plan.ScenarioOf(plan.Trial(10001));
   EXPECT_EQ(FormatNumber(last.duration_s), plan.Trial(10001).parameters[0].value);
-  EXPECT_THAT(testing::MessageOf([&] {
-                Make(
-                    "scenario: pool_active\nseeds: 9999\nrandom: "
-                    "{duration_s: {normal: [2, 1]}}\n");
-              }),
+  EXPECT_THAT(ErrorOf("seeds: 9999\nrandom: {duration_s: {normal: [2, 1]}}\n"),
               HasSubstr("duration_s = -"));
 }
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/base/check.h"
 #include "tests/support/message_of.h"
+#include "tests/support/stored_trials.h"
 
 namespace turbidock::batch {
 namespace {
@@ -22,11 +22,8 @@ StoredTrial Trial(const std::string& milk, const std::string& marker, double off
   StoredTrial trial;
   trial.parameters = {{"water.milk_ml_m3", milk}, {"scenario", marker}};
   trial::TrialRecord& r = trial.record;
-  const bool docked = off_m >= 0;
+  testing::End(&r, off_m >= 0 ? trial::Failure::kNone : trial::Failure::kTimeout);
   r.seed = std::lround(1e4 * off_m);  // one for each that docks
-  r.outcome = docked ? trial::Outcome::kSuccess : trial::Outcome::kTimeout;
-  r.failure = docked ? trial::Failure::kNone : trial::Failure::kTimeout;
-  r.docked = r.inserted = docked;
   // off along all axes, and both off the desired pose
   r.final_error_true.x_m = 0.02;
   r.final_error_estimated.x_m = 0.02 + 0.6 * off_m;

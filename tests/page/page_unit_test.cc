@@ -12,7 +12,6 @@
 #include "experiments/batch/plan.h"
 #include "experiments/batch/result_store.h"
 #include "experiments/page/batch_page.h"
-#include "experiments/page/plain.h"
 #include "experiments/page/report_page.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/page/web_files.h"
@@ -76,12 +75,6 @@ TEST(Compress, GzipComesBackAndIsTheSameEachTime) {
   EXPECT_EQ(Gzip(text), Gzip(text));
   EXPECT_LT(Gzip(text).size(), 100u);
   EXPECT_EQ(Unzipped(Gzip("")), "");
-}
-
-TEST(ShellWord, IsReadBackAsItIs) {
-  EXPECT_EQ(ShellWord("out/a-1.db"), "out/a-1.db");
-  EXPECT_EQ(ShellWord("my results/it's.db"), R"('my results/it'\''s.db')");
-  EXPECT_EQ(ShellWord(""), "''");
 }
 
 TEST(Page, TextInItIsNoMarkup) {

@@ -7,27 +7,73 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "sim/base/random.h"
-#include "tests/statistics/rate_test.h"
 
 namespace turbidock::statistics {
 namespace {
 
-// The probability of ever rejecting when a hit has probability p: by all counts of hits.
+// The two tests of a rate by counts alone, as PairedMeasure takes them pair by pair.
+struct RateTest {
+  RateTest(double margin, double alpha, double beta, int max_pairs)
+      : fail(alpha, max_pairs), pass(margin, beta) {}
+
+  std::optional<Verdict> operator()(int pairs, int losses, int gains) const {
+    if (fail.Rejects(losses + gains, losses)) return Verdict::kFail;
+    if (pass.Rejects(pairs, losses, gains)) return Verdict::kPass;
+    return std::nullopt;
+  }
+
+  SignTest fail;
+  NetLossTest pass;
+};
+
+// The shares of both verdicts, and the pairs until then, of a build that loses and gains these
+// shares: by all counts of losses and gains.
+struct Shares {
+  double fail = 0, pass = 0, pairs = 0;
+};
+Shares SharesOf(const auto& decide, double loss, double gain, int max_pairs) {
+  const auto size = static_cast<size_t>(max_pairs) + 1;
+  std::vector<std::vector<double>> paths(size, std::vector<double>(size, 0.0));
+  paths[0][0] = 1;
+  Shares shares;
+  double left = 1;
+  for (int n = 1; n <= max_pairs; ++n) {
+    shares.pairs += left;
+    left = 0;
+    for (size_t l = static_cast<size_t>(n) + 1; l-- > 0;)
+      for (size_t g = static_cast<size_t>(n) + 1 - l; g-- > 0;) {
+        double& p = paths[l][g];
+        p = (1 - loss - gain) * p + (l > 0 ? loss * paths[l - 1][g] : 0) +
+            (g > 0 ? gain * paths[l][g - 1] : 0);
+        if (p == 0) continue;
+        if (const std::optional<Verdict> verdict =
+                decide(n, static_cast<int>(l), static_cast<int>(g)))
+          (*verdict == Verdict::kFail ? shares.fail : shares.pass) += std::exchange(p, 0.0);
+        left += p;
+      }
+  }
+  return shares;
+}
+
+// The probability of ever rejecting when a hit has probability p.
 double RejectionRate(const SignTest& test, double p) {
-  std::vector<double> paths(static_cast<size_t>(test.max_trials()) + 1, 0.0);
-  paths[0] = 1;
-  double rate = 0;
-  for (int n = 1; n <= test.max_trials(); ++n)
-    for (int hits = n; hits >= 0; --hits) {
-      double& path = paths[static_cast<size_t>(hits)];
-      path = (1 - p) * path + (hits > 0 ? p * (&path)[-1] : 0);
-      if (test.Rejects(n, hits)) rate += std::exchange(path, 0.0);
-    }
-  return rate;
+  const auto decide = [&test](int pairs, int hits, int) {
+    return test.Rejects(pairs, hits) ? std::optional(Verdict::kFail) : std::nullopt;
+  };
+  return SharesOf(decide, p, 1 - p, test.max_trials()).fail;
+}
+
+// And when a pair is lost or gained with these probabilities.
+double RejectionRate(const NetLossTest& test, double loss, double gain, int max_pairs) {
+  const auto decide = [&test](int pairs, int losses, int gains) {
+    return test.Rejects(pairs, losses, gains) ? std::optional(Verdict::kPass) : std::nullopt;
+  };
+  return SharesOf(decide, loss, gain, max_pairs).pass;
 }
 
 // Of all sequences of twelve fair hits, those in which it ever rejects are within the level and not
@@ -111,31 +157,42 @@ TEST(NetLossTest, RejectsWhenTheAverageOfItsStakesHasGrownEnough) {
   EXPECT_GT(kept, 300);
 }
 
-// The shares of both verdicts, and the pairs until then, of a build that loses and gains these
-// shares: by all counts of losses and gains.
-struct Shares {
-  double fail = 0, pass = 0, pairs = 0;
-};
-Shares SharesOf(const RateTest& test, double loss, double gain, int max_pairs) {
-  const auto size = static_cast<size_t>(max_pairs) + 1;
-  std::vector<std::vector<double>> paths(size, std::vector<double>(size, 0.0));
-  paths[0][0] = 1;
-  Shares shares;
-  double left = 1;
-  for (int n = 1; n <= max_pairs; ++n) {
-    shares.pairs += left;
-    left = 0;
-    for (size_t l = static_cast<size_t>(n) + 1; l-- > 0;)
-      for (size_t g = static_cast<size_t>(n) + 1 - l; g-- > 0;) {
-        double& p = paths[l][g];
-        p = (1 - loss - gain) * p + (l > 0 ? loss * paths[l - 1][g] : 0) +
-            (g > 0 ? gain * paths[l][g - 1] : 0);
-        if (const auto verdict = test.Decide(n, static_cast<int>(l), static_cast<int>(g)))
-          (*verdict == Verdict::kFail ? shares.fail : shares.pass) += std::exchange(p, 0.0);
-        left += p;
-      }
-  }
-  return shares;
+TEST(NetLossTest, NeverExceedsItsLevelHoweverManyPairsDiffer) {
+  for (const double margin : {0.05, 0.2, 0.5})
+    for (const double level : {0.1, 0.01}) {
+      const NetLossTest test(margin, level);
+      for (const double p_gain : {0.0, 0.02, 0.1, (1 - margin) / 2})
+        EXPECT_LE(RejectionRate(test, p_gain + margin, p_gain, 90), level)
+            << margin << " " << p_gain;
+      // and it does reject when nothing is lost
+      EXPECT_EQ(RejectionRate(test, 0, 0, 200), 1);
+    }
+}
+
+TEST(NetLossTest, TheLargestStakeIsTheLimit) {
+  // One loss more than the stakes allow would make a wealth negative: more losses never help.
+  const NetLossTest test(0.2, 0.05);
+  for (int pairs = 1; pairs < 60; ++pairs)
+    for (int losses = 1; losses <= pairs; ++losses)
+      EXPECT_LE(test.Rejects(pairs, losses, 0), test.Rejects(pairs, losses - 1, 0));
+}
+
+// Builds that are alike, of which the new one loses what the old one did not, and builds that have
+// nothing to do with each other.
+TEST(RateTest, KeepsAlphaAndBetaInEverySetting) {
+  struct Case {
+    double rate, margin, error;
+  };
+  for (const Case& c : {Case{0.95, 0.1, 0.05}, Case{0.8, 0.2, 0.1}, Case{0.95, 0.1, 0.01}})
+    for (const bool alike : {true, false}) {
+      const RateTest test(c.margin, c.error, c.error, 200);
+      const auto shares = [&](double new_rate) {
+        const double gain = alike ? 0 : (1 - c.rate) * new_rate;
+        return SharesOf(test, c.rate - new_rate + gain, gain, 200);
+      };
+      EXPECT_LE(shares(c.rate).fail, c.error) << alike;
+      EXPECT_LE(shares(c.rate - c.margin).pass, c.error) << alike;
+    }
 }
 
 TEST(RateTest, StandsAtTheLimitsOfWhatMayBeAsked) {
@@ -197,7 +254,7 @@ TEST(PairedMeasure, DecidesARateByTheCountsOfItsPairs) {
       losses += a && !b;
       gains += !a && b;
       if (verdict) continue;
-      verdict = test.Decide(pairs, losses, gains);
+      verdict = test(pairs, losses, gains);
       decided = 10 * pairs;
     }
     const PairedResult result = measure.Result();

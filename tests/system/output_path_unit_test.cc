@@ -210,5 +210,11 @@ TEST(PlainText, AMessageIsNoLongerThanALine) {
   EXPECT_TRUE(short_line.starts_with("FILE:3: word") && short_line.ends_with("word: unknown"));
 }
 
+TEST(ShellWord, IsReadBackAsItIs) {
+  EXPECT_EQ(ShellWord("out/a-1.db"), "out/a-1.db");
+  EXPECT_EQ(ShellWord("my results/it's.db"), R"('my results/it'\''s.db')");
+  EXPECT_EQ(ShellWord(""), "''");
+}
+
 }  // namespace
 }  // namespace turbidock::system

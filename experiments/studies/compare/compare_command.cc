@@ -10,7 +10,6 @@ namespace turbidock::compare {
 namespace {
 
 struct CompareArguments {
-  trial::Plugins plugins;
   std::string a, b, figure, out;
   ComparisonOptions options;
   bool json = false;
@@ -30,8 +29,7 @@ int Run(const CompareArguments& arguments) {
   command::PrintReport(report, comparison, arguments.json);
   if (!arguments.figure.empty()) media::WriteFigure(arguments.figure, media::FigureOf(report));
   if (!arguments.out.empty())
-    page::WritePage(arguments.out,
-                    PageOf(comparison, {a, arguments.a}, {b, arguments.b}, arguments.plugins));
+    page::WritePage(arguments.out, PageOf(comparison, {a, arguments.a}, {b, arguments.b}));
   return command::kExitDone;
 }
 
@@ -40,7 +38,7 @@ int Run(const CompareArguments& arguments) {
 void AddCompare(command::CommandLine& line) {
   auto [compare, arguments] =
       line.Add("compare", "Two result sets pair by pair: same seed, same parameters", &Run);
-  arguments.plugins = line.plugins();
+  arguments.options.plugins = line.plugins();
   compare.Add("a", arguments.a, "A batch's file").Required();
   compare.Add("b", arguments.b, "Another one's").Required();
   compare.Add("--by KEY,...", arguments.options.by,

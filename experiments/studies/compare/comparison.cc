@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <set>
 #include <utility>
@@ -12,7 +11,6 @@
 #include "experiments/batch/batch_report.h"
 #include "experiments/batch/summary.h"
 #include "experiments/config/nearest_name.h"
-#include "experiments/config/yaml_node.h"
 #include "experiments/statistics/paired_tests.h"
 #include "sim/base/check.h"
 #include "sim/base/fields.h"
@@ -47,88 +45,115 @@ std::string Text(const std::vector<batch::Parameter>& parameters) {
 // Trials by what a partner must share.
 using Key = std::pair<std::string, int64_t>;  // parameters, seed
 
-// With those of their parameters that have these keys.
-std::map<Key, batch::StoredTrial> ByKey(const batch::ResultStore& store,
-                                        const std::vector<std::string>& keys) {
-  std::map<Key, batch::StoredTrial> trials;
+// Those that came to an end of their own.
+std::vector<batch::StoredTrial> EndedOf(const batch::ResultStore& store) {
+  std::vector<batch::StoredTrial> trials = store.Trials();
+  std::erase_if(trials, [](const batch::StoredTrial& trial) { return !trial.record.ended(); });
+  return trials;
+}
+
+// Those of a trial's parameters that have these keys, by key.
+std::vector<batch::Parameter> ParametersOf(const batch::StoredTrial& trial,
+                                           const std::vector<std::string>& keys) {
+  std::vector<batch::Parameter> parameters = trial.parameters;
+  std::erase_if(parameters, [&keys](const batch::Parameter& p) { return !Has(keys, p.key); });
+  std::ranges::sort(parameters, {}, &batch::Parameter::key);
+  return parameters;
+}
+
+using ByKey = std::map<Key, std::vector<const batch::StoredTrial*>>;
+ByKey InGroups(const std::vector<batch::StoredTrial>& trials,
+               const std::vector<std::string>& keys) {
+  ByKey groups;
+  for (const batch::StoredTrial& trial : trials) {
+    std::vector<batch::Parameter> canonical = ParametersOf(trial, keys);
+    for (batch::Parameter& parameter : canonical) parameter.value = CanonicalValue(parameter);
+    groups[{Text(canonical), trial.record.seed}].push_back(&trial);
+  }
+  return groups;
+}
+
+// The keys in which trials of a group differ.
+std::set<std::string> TellingKeys(const ByKey& groups) {
+  std::set<std::string> telling;
+  for (const auto& [key, trials] : groups)
+    for (const batch::StoredTrial* trial : trials)
+      for (size_t i = 0; i < trial->parameters.size(); ++i)
+        if (!(trial->parameters[i] == trials.front()->parameters[i]))
+          telling.insert(trial->parameters[i].key);
+  return telling;
+}
+
+// Gives a set's trials their scenarios' values of those of these keys that the set does not vary;
+// false where its plan cannot tell them.
+bool AddValues(const batch::ResultStore& store, std::vector<std::string> keys,
+               const trial::Plugins& plugins, std::vector<batch::StoredTrial>* trials) {
+  std::erase_if(keys, [&](const std::string& key) { return Has(store.header().keys, key); });
+  if (keys.empty()) return true;
+  if (!store.header().is_of_plan()) return false;
+  try {
+    const batch::Plan plan(store.PlanHere(), store.file(), {.plugins = plugins});
+    for (batch::StoredTrial& trial : *trials) {
+      const trial::Scenario scenario = plan.ScenarioOf(plan.Trial(trial.trial));
+      for (const std::string& key : keys)
+        trial.parameters.push_back({key, config::TextOf(scenario, key)});
+    }
+    return true;
+  } catch (const ConfigError&) {
+    return false;
+  }
+}
+
+void RequireOneEach(const ByKey& groups, const batch::ResultStore& store,
+                    const std::vector<std::string>& keys) {
   std::vector<std::string> others = store.header().keys;
   std::erase_if(others, [&keys](const std::string& key) { return Has(keys, key); });
-  for (batch::StoredTrial& trial : store.Trials()) {
-    if (!trial.record.ended()) continue;
-    std::erase_if(trial.parameters, [&](const batch::Parameter& p) { return !Has(keys, p.key); });
-    std::ranges::sort(trial.parameters, {}, &batch::Parameter::key);
-    std::vector<batch::Parameter> canonical = trial.parameters;
-    for (batch::Parameter& parameter : canonical) parameter.value = CanonicalValue(parameter);
-    const Key key{Text(canonical), trial.record.seed};
-    if (!trials.emplace(key, std::move(trial)).second)
+  for (const auto& [key, trials] : groups)
+    if (trials.size() > 1)
       throw ConfigError(fmt::format(
           "{}: several trials have the seed {}{}: they differ in what the other set does "
           "not vary ({})",
           store.file(), key.second, key.first.empty() ? "" : " and " + key.first,
           fmt::join(others, ", ")));
-  }
-  return trials;
-}
-
-// By the values of these parameters.
-auto GroupPairs(const std::vector<TrialPair>& pairs, const std::vector<std::string>& by) {
-  std::map<std::vector<std::string>, std::vector<TrialPair>, decltype(&batch::LessByValue)> groups(
-      &batch::LessByValue);
-  for (const TrialPair& pair : pairs) {
-    std::vector<std::string> values;
-    values.reserve(by.size());
-    for (const std::string& name : by)
-      values.push_back(std::ranges::find(pair.parameters, name, &batch::Parameter::key)->value);
-    groups[values].push_back(pair);
-  }
-  return groups;
-}
-
-// Notes every value below a node of one of two plans by its dotted key; those of a text of several
-// lines, which a scenario is, by their own.
-void Note(const config::YamlNode& node, const std::string& key, size_t side, Differences* values) {
-  if (node.IsMap()) {
-    const auto entries = node.Entries();
-    const bool is_scenario = key == "resolved_scenarios" && entries.size() == 1;
-    for (const auto& [name, child] : entries)
-      Note(child, is_scenario ? "scenario" : JoinKey(key, name), side, values);
-    return;
-  }
-  const std::string text = node.Text().value_or("");
-  if (text.find('\n') != std::string::npos) {
-    try {
-      return Note(config::ParseYaml(text, key), key, side, values);
-    } catch (const ConfigError&) {
-      // a text for people
-    }
-  }
-  values->try_emplace(key, std::array<std::string, 2>{"-", "-"}).first->second[side] =
-      node.OneLine();
 }
 
 }  // namespace
 
 std::vector<TrialPair> PairTrials(const batch::ResultStore& a, const batch::ResultStore& b,
                                   const ComparisonOptions& options) {
-  std::vector<std::string> keys = a.header().keys, shared;
+  std::vector<std::string> scenario_keys, keys = a.header().keys, shared;
+  for (const config::KeyDoc& doc : trial::ScenarioKeys(options.plugins))
+    scenario_keys.push_back(doc.key);
   for (const std::string& key : keys)
     if (Has(b.header().keys, key) && !Has(options.ignore, key)) shared.push_back(key);
+  std::vector<batch::StoredTrial> of_a = EndedOf(a), of_b = EndedOf(b);
+  std::vector<std::string> telling;
+  for (const ByKey& groups : {InGroups(of_a, shared), InGroups(of_b, shared)})
+    for (const std::string& key : TellingKeys(groups))
+      if (Has(scenario_keys, key) && !Has(options.ignore, key)) telling.push_back(key);
+  if (AddValues(a, telling, options.plugins, &of_a) &&
+      AddValues(b, telling, options.plugins, &of_b))
+    shared.insert(shared.end(), telling.begin(), telling.end());
   keys.insert(keys.end(), b.header().keys.begin(), b.header().keys.end());
-  for (const config::KeyDoc& doc : trial::ScenarioKeys()) keys.push_back(doc.key);
+  keys.insert(keys.end(), scenario_keys.begin(), scenario_keys.end());
   RequireKnown(options.ignore, keys);
   RequireKnown(options.by, shared);
 
-  const std::map<Key, batch::StoredTrial> in_a = ByKey(a, shared), in_b = ByKey(b, shared);
+  const ByKey in_a = InGroups(of_a, shared), in_b = InGroups(of_b, shared);
+  RequireOneEach(in_a, a, shared);
+  RequireOneEach(in_b, b, shared);
   std::vector<TrialPair> pairs;
   std::set<int64_t> seeds;
-  for (const auto& [key, trial] : in_a) {
+  for (const auto& [key, trials] : in_a) {
     seeds.insert(key.second);
-    if (const auto partner = in_b.find(key); partner != in_b.end())
-      pairs.push_back({trial.parameters, trial.record, partner->second.record, trial.trial,
-                       partner->second.trial});
+    if (const auto partner = in_b.find(key); partner != in_b.end()) {
+      const batch::StoredTrial &one = *trials.front(), &other = *partner->second.front();
+      pairs.push_back(
+          {ParametersOf(one, shared), one.record, other.record, one.trial, other.trial});
+    }
   }
   if (!pairs.empty()) return pairs;
-  for (const auto& [key, trial] : in_b)
+  for (const auto& [key, trials] : in_b)
     if (seeds.contains(key.second))
       throw ConfigError(
           fmt::format("no trial of one set has the seed and parameters of one of the other; give "
@@ -138,18 +163,19 @@ std::vector<TrialPair> PairTrials(const batch::ResultStore& a, const batch::Resu
       "no trial of one set has the seed of one of the other; run both with the same master_seed");
 }
 
-Differences PlanDifferences(const std::string& a, const std::string& b) {
-  Differences differences;
-  Note(config::ParseYaml(a, "plan"), "", 0, &differences);
-  Note(config::ParseYaml(b, "plan"), "", 1, &differences);
-  std::erase_if(differences, [](const auto& of) { return of.second[0] == of.second[1]; });
-  return differences;
-}
-
 Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOptions& options) {
   Comparison comparison;
   comparison.options = options;
+  batch::PairedTrials all;
+  std::map<std::vector<std::string>, batch::PairedTrials, decltype(&batch::LessByValue)> groups(
+      &batch::LessByValue);  // by the values of options.by
   for (const TrialPair& pair : pairs) {
+    const batch::ComparedTrial a = batch::TrialOf(pair.a), b = batch::TrialOf(pair.b);
+    all.Add(a, b);
+    std::vector<std::string> values;
+    for (const std::string& key : options.by)
+      values.push_back(std::ranges::find(pair.parameters, key, &batch::Parameter::key)->value);
+    if (!values.empty()) groups[values].Add(a, b);
     const bool lost = pair.a.success();
     if (lost == pair.b.success()) continue;
     comparison.flips.push_back({.seed = pair.a.seed,
@@ -161,22 +187,16 @@ Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOpt
                                 .trial_b = pair.trial_b});
   }
   std::ranges::stable_sort(comparison.flips, {}, &batch::Flip::change);
-  const auto changes_of = [](const std::vector<TrialPair>& of, const std::string& group) {
-    batch::PairedTrials paired;
-    for (const TrialPair& pair : of) paired.Add(batch::TrialOf(pair.a), batch::TrialOf(pair.b));
-    return paired.Changes(group);
-  };
-  comparison.changes = changes_of(pairs, "all");
+  comparison.changes = all.Changes("all");
   batch::MarkSignificant(&comparison.changes);
   comparison.least_difference_seen = statistics::LeastDifferenceSeen(
       std::lround(static_cast<double>(pairs.size()) / comparison.all().cluster_effect),
       static_cast<double>(comparison.flips.size()) / static_cast<double>(pairs.size()));
-  if (options.by.empty()) return comparison;
   std::vector<batch::Change> rows;
-  for (const auto& [values, of] : GroupPairs(pairs, options.by)) {
+  for (const auto& [values, of] : groups) {
     std::vector<batch::Parameter> parameters;
     for (size_t i = 0; i < values.size(); ++i) parameters.push_back({options.by[i], values[i]});
-    for (batch::Change& change : changes_of(of, Text(parameters))) {
+    for (batch::Change& change : of.Changes(Text(parameters))) {
       change.parameters = parameters;
       rows.push_back(std::move(change));
     }
@@ -195,7 +215,7 @@ Comparison Compare(const ComparedFile& a, const ComparedFile& b, const Compariso
   comparison.b = b.file;
   comparison.build_a = a.store.header().build;
   comparison.build_b = b.store.header().build;
-  comparison.differences = PlanDifferences(a.store.header().plan, b.store.header().plan);
+  comparison.differences = batch::DifferencesOf(a.store.header().plan, b.store.header().plan);
   const std::vector<std::string> not_varied_b = batch::NotVaried(b.store.header());
   for (const std::string& group : batch::NotVaried(a.store.header()))
     if (Has(not_varied_b, group) &&

@@ -1,9 +1,7 @@
 #pragma once
 // Two result sets, pair by pair: trials of the same seed and parameters (batch/comparison.h).
 
-#include <array>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,6 +22,7 @@ struct ComparedFile {
 struct ComparisonOptions {
   std::vector<std::string> by = {};      // parameters: more rows, for each of their values
   std::vector<std::string> ignore = {};  // parameters in which the sets are meant to differ
+  trial::Plugins plugins = {};           // what their scenarios may choose besides ours
 };
 
 // A trial in both sets.
@@ -33,13 +32,10 @@ struct TrialPair {
   int64_t trial_a = 0, trial_b = 0;  // their numbers
 };
 
-// What the two plans have of each key in which they differ; "-" where it is not there.
-using Differences = std::map<std::string, std::array<std::string, 2>>;
-
 struct Comparison {
   std::string a, b, build_a, build_b;  // files, and the programs that wrote them
   ComparisonOptions options = {};
-  Differences differences = {};
+  batch::PlanDifferences differences = {};
   int64_t left_out_a = 0,
           left_out_b = 0;  // trials without a partner, or without an end of their own
   // Of all pairs, which the verdict is about, then group by group of options.by; success first.
@@ -62,12 +58,12 @@ struct Comparison {
 // would have several partners, when no trial has one, or for a parameter that is not there.
 Comparison Compare(const ComparedFile& a, const ComparedFile& b, const ComparisonOptions& options);
 
-// Its steps. The parameters of a pair are those that both sets have and options do not ignore.
+// Its steps. The parameters of a pair are those that both sets vary and options do not ignore, and
+// where several trials of a set share these and the seed, those in which they differ: the other
+// set's trials have one value of each, from their scenario.
 std::vector<TrialPair> PairTrials(const batch::ResultStore& a, const batch::ResultStore& b,
                                   const ComparisonOptions& options);
 Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOptions& options);
-// Of two resolved plans. A scenario in a plan counts as its keys.
-Differences PlanDifferences(const std::string& a, const std::string& b);
 
 report::Report ReportOf(const Comparison& comparison);
 

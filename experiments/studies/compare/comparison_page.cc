@@ -10,10 +10,11 @@
 namespace turbidock::compare {
 
 page::Page PageOf(const Comparison& comparison, const ComparedFile& a, const ComparedFile& b,
-                  const trial::Plugins& plugins, int64_t series_bytes) {
+                  int64_t series_bytes) {
   page::Page page =
       page::ReportPage(report::Document(ReportOf(comparison), comparison), "comparison");
   page.model["sections"].back().erase("commands");  // to this page
+  const trial::Plugins& plugins = comparison.options.plugins;
   page::StoredTrials in_a(a.store, a.file, "A", series_bytes / 2, plugins, &page),
       in_b(b.store, b.file, "B", series_bytes / 2, plugins, &page);
   for (const batch::Flip& flip : comparison.flips) {

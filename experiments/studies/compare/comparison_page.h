@@ -5,13 +5,12 @@
 
 #include "experiments/page/page.h"
 #include "experiments/studies/compare/comparison.h"
-#include "experiments/trial/plugins.h"
 
 namespace turbidock::compare {
 
 // The report, in which a seed that changed opens its trials in both sets, with so many bytes of
-// their stored series. `plugins`: what their scenarios may choose besides ours.
+// their stored series.
 page::Page PageOf(const Comparison& comparison, const ComparedFile& a, const ComparedFile& b,
-                  const trial::Plugins& plugins = {}, int64_t series_bytes = 2'200'000);
+                  int64_t series_bytes = 2'200'000);
 
 }  // namespace turbidock::compare

@@ -36,19 +36,23 @@ report::Section DifferencesSection(const Comparison& comparison) {
   return {.title = "What differs", .note = note, .table = table};
 }
 
-// " --by 'KEY,KEY'"; nothing without keys.
+// " --by KEY,KEY"; nothing without keys.
 std::string OptionText(const char* option, const std::vector<std::string>& keys) {
-  return keys.empty() ? "" : fmt::format(" {} '{}'", option, fmt::join(keys, ","));
+  return keys.empty() ? ""
+                      : fmt::format(" {} {}", option,
+                                    system::ShellWord(fmt::format("{}", fmt::join(keys, ","))));
 }
 
 // With the command whose page opens them.
 report::Section FlipsOf(const Comparison& comparison) {
   report::Section section = batch::FlipSection(comparison.flips, {});
   if (!comparison.flips.empty())
-    section.commands = {{"A page that shows each of them on both sides",
-                         fmt::format("turbidock compare {} {}{}{} --out compare.html", comparison.a,
-                                     comparison.b, OptionText("--by", comparison.options.by),
-                                     OptionText("--ignore", comparison.options.ignore))}};
+    section.commands = {
+        {"A page that shows each of them on both sides",
+         fmt::format("turbidock compare {} {}{}{} --out compare.html",
+                     system::ShellWord(comparison.a), system::ShellWord(comparison.b),
+                     OptionText("--by", comparison.options.by),
+                     OptionText("--ignore", comparison.options.ignore))}};
   return section;
 }
 

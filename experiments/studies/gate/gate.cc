@@ -15,6 +15,8 @@ namespace {
 
 using statistics::Verdict;
 
+constexpr const char* kKind = "gate";  // of its file of trials
+
 // How a condition is judged, as far as the baseline has trials to compare with.
 batch::JudgeOptions OptionsOf(const Condition& condition, const BaselineCondition& baseline) {
   batch::JudgeOptions options = condition.options();
@@ -246,7 +248,7 @@ Baseline GateRun::Measured() const {
 batch::ResultStore OpenTrials(const std::string& file, const Gate& gate, bool anew,
                               const batch::JobOptions& jobs,
                               const std::function<void(const std::string&)>& say) {
-  const batch::StoreHeader now = batch::HeaderOf(gate.plan, {});
+  const batch::StoreHeader now = batch::HeaderOf(gate.plan, {}, kKind);
   if (std::filesystem::exists(file)) {
     const batch::StoreHeader before = batch::ResultStore::Read(file).header();
     if (before.build != now.build || before.code != now.code) {
@@ -254,7 +256,7 @@ batch::ResultStore OpenTrials(const std::string& file, const Gate& gate, bool an
       say(fmt::format("{}: has trials of another program ({}): begun anew", file, before.build));
     }
   }
-  return batch::OpenResults(file, gate.plan, {}, anew, jobs);
+  return batch::OpenResults(file, gate.plan, {}, anew, jobs, kKind);
 }
 
 GateReport ReportOfFile(const std::string& file, const Gate& gate, const Baseline& baseline) {

@@ -18,6 +18,7 @@
 #include "experiments/studies/gate/real_trials.h"
 #include "experiments/studies/run/shown_trial.h"
 #include "experiments/system/output_path.h"
+#include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
 
 namespace turbidock::gate {
@@ -121,8 +122,9 @@ report::Json LinksOf(const GateArguments& arguments, const GateReport& report) {
                       .reason = "",
                       .note = "Its traces are not kept: the gate ran it without (--bundles).",
                       .commands = {{"The trial again, with film and all its files",
-                                    fmt::format("turbidock replay {}/trials.db {} --out out/{}",
-                                                arguments.out, *flip.trial_b, flip.link)}}}}};
+                                    fmt::format("turbidock replay {} {} --out out/{}",
+                                                system::ShellWord(arguments.out + "/trials.db"),
+                                                *flip.trial_b, flip.link)}}}}};
   return links;
 }
 

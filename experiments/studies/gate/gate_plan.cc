@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char *kConditionsKey = "conditions", *kNeverKey = "never";
+constexpr const char *kGroup = "gate", *kConditionsKey = "conditions", *kNeverKey = "never";
 
 void ReadSettings(const config::YamlNode& node, auto* settings, config::Origins* origins) {
   config::ReadFields(node, settings, origins, {kConditionsKey, kNeverKey});
@@ -90,9 +90,11 @@ Gate LoadGate(const std::string& name, const trial::Plugins& plugins,
   const std::string file = config::FindBundled("gates", "gate", name);
   const config::YamlNode node = config::LoadYaml(file);
   const batch::PlanOverrides overrides{
-      .plugins = plugins, .refused = {{"precision", "a gate runs until its own tests know"}}};
+      .plugins = plugins,
+      .use = kGroup,
+      .refused = {{"precision", "a gate runs until its own tests know"}}};
   const batch::Plan measured(node, overrides);
-  const auto group = node.Find("gate");
+  const auto group = node.Find(kGroup);
   if (!group)
     throw ConfigError(file + ": gate: this key is required: a gate's baseline and margins");
   GateSettings settings;
@@ -106,7 +108,10 @@ Gate LoadGate(const std::string& name, const trial::Plugins& plugins,
   if (given.empty()) return {settings, measured, std::move(conditions), {}};
   batch::PlanOverrides with_given = overrides;
   with_given.assignments = given;
-  return {settings, batch::Plan(node, with_given), std::move(conditions), config::TextsOf(given)};
+  std::vector<std::string> texts;
+  for (const config::Assignment& each : config::LeavesOf(given))
+    texts.push_back(each.key + "=" + each.value.OneLine());
+  return {settings, batch::Plan(node, with_given), std::move(conditions), texts};
 }
 
 std::vector<config::KeyDoc> GateKeys() {

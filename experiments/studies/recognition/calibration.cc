@@ -15,6 +15,7 @@
 #include "experiments/config/yaml_fields.h"
 #include "experiments/search/optimiser.h"
 #include "experiments/system/build_info.h"
+#include "experiments/system/plain_text.h"
 #include "sim/base/random.h"
 #include "sim/base/units.h"
 #include "vision/fitness.h"
@@ -291,12 +292,13 @@ namespace {
 // one.
 batch::StoreHeader HeaderOf(const CalibrationExperiment& experiment, uint32_t seed) {
   std::string plan = config::SaveYaml(experiment.plan) + fmt::format("seed: {}\n", seed);
-  for (const TableRow& row : experiment.rows) plan += "row: " + report::JsonLine(row) + "\n";
+  plan += "rows:\n";
+  for (const TableRow& row : experiment.rows) plan += "  - " + report::JsonLine(row) + "\n";
   std::map<std::string, trial::ModelFile> files;
   for (const auto& [marker, name] : EnumNames<MarkerKind>::kNames) {
     const trial::Scenario start =
         RecognitionScenario(marker, experiment.plan.Assignments(experiment.plan.Start()));
-    plan += std::string(name) + ":\n" + trial::SaveScenario(start);
+    plan += std::string(name) + ":\n" + system::Indented(trial::SaveScenario(start), "  ");
     for (const trial::ModelFile& file : trial::ModelFilesOf(start)) files[file.file] = file;
   }
   return {.kind = "calibrate",

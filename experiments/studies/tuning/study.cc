@@ -67,6 +67,7 @@ Study::Study(const config::YamlNode& study, const trial::Plugins& plugins)
     : file_(study.file),
       plan_(study,
             {.plugins = plugins,
+             .use = kGroup,
              .refused = {{"precision", "a study runs exactly `seeds` trials in each cell"}}}),
       settings_(batch::ReadUse<TuningSettings>(study, kGroup)) {
   const config::YamlNode group = *study.Find(kGroup);

@@ -88,7 +88,7 @@ batch::ResultStore OpenStore(const Study& study, const std::string& file, bool a
   const batch::StoreHeader header = HeaderOf(study);
   if (!anew) return batch::ResultStore::Write(file, header);
   batch::ResultStore store = batch::ResultStore::Open(file, header);
-  if (!batch::Differences(store.header(), header).empty()) store.Become(header, {});
+  if (!batch::DifferenceOf(store.header(), header).empty()) store.Become(header, {});
   return store;
 }
 

@@ -24,11 +24,13 @@
 #include "sim/base/check.h"
 #include "tests/support/message_of.h"
 #include "tests/support/own_folder.h"
+#include "tests/support/stored_trials.h"
 
 namespace turbidock::compare {
 namespace {
 
 using ::testing::ContainsRegex;
+using testing::End;
 using ::testing::HasSubstr;
 using testing::MessageOf;
 using ::testing::Not;
@@ -44,41 +46,26 @@ class Comparison : public testing::OwnFolder {
 
   batch::ResultStore Store(const std::string& name, const std::vector<Row>& rows,
                            const std::vector<std::string>& keys = {"water.milk_ml_m3"}) const {
-    const std::string file = (folder_ / name).string();
-    {
-      batch::StoreHeader header;
-      header.plan =
-          fmt::format("seeds: {}\ngrid: {{water.milk_ml_m3: [10, 20]}}\nset: {{sea.state: {}}}\n",
-                      rows.size(), name);
-      header.build = "test";
-      header.trials = std::ssize(rows);
-      header.keys = keys;
-      batch::ResultStore store = batch::ResultStore::Write(file, header);
-      for (size_t i = 0; i < rows.size(); ++i) {
-        batch::StoredTrial trial;
-        for (const std::string& key : keys)
-          trial.parameters.push_back({key, key == "water.milk_ml_m3" ? rows[i].milk : "1"});
-        trial.trial = static_cast<int64_t>(i);
-        trial::TrialRecord& r = trial.record;
-        r.seed = rows[i].seed;
-        r.outcome = rows[i].docked ? trial::Outcome::kSuccess : trial::Outcome::kTimeout;
-        r.failure = rows[i].docked ? trial::Failure::kNone : trial::Failure::kTimeout;
-        r.docked = r.inserted = rows[i].docked;
-        r.time_s = rows[i].time_s;
-        r.digest = "0123456789abcdef";
-        store.Add(trial);
-      }
+    batch::StoreHeader header;
+    header.plan =
+        fmt::format("seeds: {}\ngrid: {{water.milk_ml_m3: [10, 20]}}\nset: {{sea.state: {}}}\n",
+                    rows.size(), name);
+    header.build = "test";
+    header.trials = std::ssize(rows);
+    header.keys = keys;
+    std::vector<batch::StoredTrial> trials(rows.size());
+    for (size_t i = 0; i < rows.size(); ++i) {
+      for (const std::string& key : keys)
+        trials[i].parameters.push_back({key, key == "water.milk_ml_m3" ? rows[i].milk : "1"});
+      trials[i].trial = static_cast<int64_t>(i);
+      trial::TrialRecord& r = trials[i].record;
+      End(&r, rows[i].docked ? trial::Failure::kNone : trial::Failure::kTimeout);
+      r.seed = rows[i].seed;
+      r.time_s = rows[i].time_s;
     }
-    return batch::ResultStore::Read(file);
+    return testing::StoreOf(File(name), header, trials);
   }
 };
-
-void End(trial::TrialRecord* record, trial::Failure failure) {
-  record->failure = failure;
-  record->outcome = failure == trial::Failure::kNone        ? trial::Outcome::kSuccess
-                    : failure == trial::Failure::kCollision ? trial::Outcome::kCollision
-                                                            : trial::Outcome::kTimeout;
-}
 
 // Ten seeds: 6 succeed in both, 3 are lost, 1 is gained.
 std::vector<TrialPair> TenPairs() {
@@ -173,6 +160,42 @@ TEST_F(Comparison, WhatDiffersOnPurposeIsIgnored) {
               HasSubstr("did you mean water.milk_ml_m3?"));
 }
 
+// What one set varies the trials of the other have a value of, by their scenario.
+TEST_F(Comparison, AKeyThatOneSetVariesAndTheOtherSetsIsMatchedByItsValue) {
+  const auto store = [&](const std::string& name, const std::string& plan_text) {
+    const batch::Plan plan("schema_version: 1\nscenario: pool_active\nseeds: 2\n" + plan_text,
+                           "plan");
+    std::vector<batch::StoredTrial> trials;
+    for (int64_t number = 0; number < plan.trials(); ++number) {
+      const batch::TrialSpec spec = plan.Trial(number);
+      trials.push_back({.trial = number, .parameters = spec.parameters, .record = {}});
+      trials.back().record.seed = spec.seed;
+      End(&trials.back().record, trial::Failure::kNone);
+    }
+    return testing::StoreOf(File(name), HeaderOf(plan, {}), trials);
+  };
+  const batch::ResultStore both = store("both.db", "grid: {controller: [pid, lqg]}\n"),
+                           one = store("one.db", "set: {controller: lqg}\n"),
+                           none = store("none.db", "set: {controller: p_voltage}\n"),
+                           milk = store("milk.db",
+                                        "set: {controller: lqg}\ngrid: {water.milk_ml_m3: "
+                                        "[20, 1.0]}\n"),
+                           set = store("set.db",
+                                       "set: {water: {milk_ml_m3: 1}}\ngrid: {controller: [pid, "
+                                       "lqg]}\n");
+  for (const auto& [a, b, first] : {std::tuple{&both, &one, 2}, {&set, &milk, 2}}) {
+    const auto pairs = PairTrials(*a, *b, {});
+    ASSERT_EQ(pairs.size(), 2u);
+    EXPECT_EQ(pairs[0].trial_a, first) << "of lqg";
+    EXPECT_EQ(pairs[0].parameters[0], (batch::Parameter{"controller", "lqg"}));
+  }
+  EXPECT_EQ(PairTrials(one, both, {.by = {"controller"}}).size(), 2u);
+  EXPECT_THAT(MessageOf([&] { PairTrials(both, none, {}); }),
+              HasSubstr("meant to differ, of controller"));
+  EXPECT_THAT(MessageOf([&] { PairTrials(both, one, {.ignore = {"controller"}}); }),
+              HasSubstr("several trials"));
+}
+
 // Fifteen seeds at each of two values of milk: at 100 twelve are lost, at 20 one is gained.
 std::vector<TrialPair> TwoGroups() {
   std::vector<TrialPair> pairs;
@@ -251,12 +274,13 @@ TEST_F(Comparison, ByAddsRowsAndChangesNoVerdict) {
 }
 
 TEST_F(Comparison, TheReportSaysWhatChangedAndWhichSeedsChanged) {
-  const compare::Comparison c = Compared(TwoGroups(), {"water.milk_ml_m3"});
+  compare::Comparison c = Compared(TwoGroups(), {"water.milk_ml_m3"});
+  c.a = "my a.db";
   const report::Report r = ReportOf(c);
   EXPECT_EQ(r.verdict.word, "succeeds less often");
   EXPECT_EQ(r.verdict.tone, report::Tone::kBad);
   const std::string text = report::Text(r);
-  EXPECT_THAT(text, HasSubstr("succeeds less often: b.db against a.db"));
+  EXPECT_THAT(text, HasSubstr("succeeds less often: b.db against my a.db"));
   EXPECT_THAT(text, ContainsRegex("pairs +30\n"));
   EXPECT_THAT(text, ContainsRegex("water milk 100 ml/m³ +success, % +100 +20 +-80 .-.* 15 +12 +0 "
                                   "+4.9e-04 +significant"));
@@ -266,7 +290,8 @@ TEST_F(Comparison, TheReportSaysWhatChangedAndWhichSeedsChanged) {
   EXPECT_THAT(text, Not(HasSubstr("tracking"))) << "no pair has one";
   EXPECT_THAT(text, ContainsRegex("\n14 +gained +water milk 20 ml/m³ +timeout +29 +129\n"));
   EXPECT_THAT(
-      text, HasSubstr("turbidock compare a.db b.db --by 'water.milk_ml_m3' --out compare.html\n"));
+      text,
+      HasSubstr("turbidock compare 'my a.db' b.db --by water.milk_ml_m3 --out compare.html\n"));
   // significant rows first, success before times
   EXPECT_LT(text.find("all      "), text.find("time, s"));
   // the seed opens its pair
@@ -341,11 +366,11 @@ TEST_F(Comparison, TheDocumentHasTheNumbersAndTheReport) {
 TEST_F(Comparison, BeginsWithWhatDiffers) {
   const std::string plan = "seeds: 3\nset: {controller: pid}\nresolved_scenarios:\n  pool: |\n",
                     tail = "models_digest: \"1\"\n";
-  const Differences differences =
-      PlanDifferences(plan + "    sea: {state: calm}\n    duration_s: 60\n" + tail,
-                      plan + "    sea: {state: rough}\n    duration_s: 60\n    day: true\n" + tail);
-  EXPECT_EQ(differences, (Differences{{"scenario.day", {"-", "true"}},
-                                      {"scenario.sea.state", {"calm", "rough"}}}));
+  const batch::PlanDifferences differences = batch::DifferencesOf(
+      plan + "    sea: {state: calm}\n    duration_s: 60\n" + tail,
+      plan + "    sea: {state: rough}\n    duration_s: 60\n    day: true\n" + tail);
+  EXPECT_EQ(differences, (batch::PlanDifferences{{"scenario.day", {"-", "true"}},
+                                                 {"scenario.sea.state", {"calm", "rough"}}}));
   compare::Comparison c = Compared(TwoGroups(), {});
   c.differences = differences;
   const report::Report r = ReportOf(c);

@@ -4,24 +4,20 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
-
-#include <filesystem>
 
 #include "experiments/batch/plan.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
+#include "tests/support/own_folder.h"
+#include "tests/support/stored_trials.h"
 
 namespace turbidock::compare {
 namespace {
 
 using ::testing::HasSubstr;
 
-class ComparisonPage : public ::testing::Test {
+class ComparisonPage : public testing::OwnFolder {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   // Of three seeds the second is lost from a to b, which stored no series of it.
   batch::ResultStore Store(const std::string& name, bool is_b) const {
     const batch::Plan plan(
@@ -32,23 +28,17 @@ class ComparisonPage : public ::testing::Test {
         trial::RunTrial(
             trial::LoadScenario("sea_night_active", {"pose_source=true_pose", "duration_s=2"}))
             .log);
-    batch::ResultStore store =
-        batch::ResultStore::Write((folder_ / name).string(), batch::HeaderOf(plan, batch::Shard{}));
+    std::vector<batch::StoredTrial> trials;
     for (int64_t i = 0; i < 3; ++i) {
-      batch::StoredTrial trial{.trial = i, .sample = i, .parameters = {}, .record = {}};
       const bool lost = is_b && i == 1;
-      trial.record.seed = i;
+      batch::StoredTrial& trial = trials.emplace_back();
+      trial.trial = trial.sample = trial.record.seed = i;
+      testing::End(&trial.record, lost ? trial::Failure::kFalseLock : trial::Failure::kNone);
       trial.record.reason = lost ? "<b>lost</b>" : "docked";
-      trial.record.outcome = lost ? trial::Outcome::kTimeout : trial::Outcome::kSuccess;
-      trial.record.failure = lost ? trial::Failure::kFalseLock : trial::Failure::kNone;
       if (!is_b) trial.series = series;
-      store.Add(trial);
     }
-    return store;
+    return testing::StoreOf(File(name), batch::HeaderOf(plan, {}), trials);
   }
-
-  const std::filesystem::path folder_ = std::filesystem::temp_directory_path() /
-                                        ("turbidock_comparison_page_" + std::to_string(getpid()));
 };
 
 TEST_F(ComparisonPage, HasTheTrialsThatFlippedOnBothSides) {
@@ -83,7 +73,7 @@ TEST_F(ComparisonPage, HasTheTrialsThatFlippedOnBothSides) {
 TEST_F(ComparisonPage, WithoutRoomForTracesItSaysHowToSeeThem) {
   const batch::ResultStore a = Store("a.db", false), b = Store("b.db", true);
   const ComparedFile in_a{a, "a.db"}, in_b{b, "b.db"};
-  const page::Page page = PageOf(Compare(in_a, in_b, {}), in_a, in_b, {}, /*series_bytes=*/10);
+  const page::Page page = PageOf(Compare(in_a, in_b, {}), in_a, in_b, /*series_bytes=*/10);
   EXPECT_TRUE(page.parts.empty());
   EXPECT_THAT(page.model["links"]["1-1"]["trials"][0]["note"].get<std::string>(),
               HasSubstr("Its traces are not in this page: the command above makes them"));

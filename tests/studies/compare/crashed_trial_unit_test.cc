@@ -7,7 +7,6 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <chrono>
 #include <csignal>
-#include <filesystem>
 #include <fstream>
 #include <thread>
 
@@ -17,12 +16,11 @@
 #include "experiments/studies/compare/comparison.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/scenario.h"
-#include "sim/base/check.h"
+#include "tests/support/own_folder.h"
+#include "tests/support/stored_trials.h"
 
 namespace turbidock::compare {
 namespace {
-
-namespace fs = std::filesystem;
 
 // Kills every child of this process.
 void KillWorkers() {
@@ -46,7 +44,9 @@ batch::StoredTrial RunOne(batch::JobPool* pool, int64_t id, double duration_s, b
   return batch::FinishedTrialOf(*ended, {.seed = scenario.seed, .parameters = {}});
 }
 
-TEST(CrashedTrial, IsNoMeasurementAnywhere) {
+using CrashedTrial = testing::OwnFolder;
+
+TEST_F(CrashedTrial, IsNoMeasurementAnywhere) {
   const auto pool = batch::MakePool({.workers = 1}, /*time_limit_s=*/300, batch::TrialWork());
   const batch::StoredTrial whole = RunOne(pool.get(), 0, 1, false);
   const batch::StoredTrial crashed = RunOne(pool.get(), 1, 3000, true);
@@ -64,28 +64,23 @@ TEST(CrashedTrial, IsNoMeasurementAnywhere) {
   for (const trial::Metric& metric : trial::Metrics())
     EXPECT_FALSE(metric.of(record).has_value()) << metric.name;
 
-  const fs::path folder =
-      fs::temp_directory_path() / ("turbidock_crashed_" + std::to_string(getpid()));
-  fs::create_directories(folder);
   const auto stored = [&](const char* name, const std::vector<batch::StoredTrial>& trials) {
-    const std::string file = (folder / name).string();
     batch::StoreHeader header;
     header.plan = "seeds: 3\n";
     header.build = "test";
     header.trials = 3;
-    batch::ResultStore store = batch::ResultStore::Write(file, header);
-    for (const batch::StoredTrial& trial : trials)
-      store.Add({.trial = trial.record.seed - 70, .parameters = {}, .record = trial.record});
-    return file;
+    std::vector<batch::StoredTrial> numbered = trials;
+    for (batch::StoredTrial& trial : numbered) trial.trial = trial.record.seed - 70;
+    return testing::StoreOf(File(name), header, numbered);
   };
   // In one set the second trial crashed, in the other the third did.
   batch::StoredTrial swapped = crashed, fine = after;
   swapped.record.seed = 72;
   fine.record.seed = 71;
-  const std::string a = stored("a.db", {whole, crashed, after}),
-                    b = stored("b.db", {whole, fine, swapped});
+  const batch::ResultStore in_a = stored("a.db", {whole, crashed, after}),
+                           in_b = stored("b.db", {whole, fine, swapped});
   {
-    const SQLite::Database db(a);
+    const SQLite::Database db(in_a.file());
     SQLite::Statement row(db, "SELECT * FROM results WHERE trial = 1");
     ASSERT_TRUE(row.executeStep());
     int numbers = 0;
@@ -96,7 +91,6 @@ TEST(CrashedTrial, IsNoMeasurementAnywhere) {
     }
     EXPECT_GT(numbers, 20);
   }
-  const batch::ResultStore in_a = batch::ResultStore::Read(a), in_b = batch::ResultStore::Read(b);
   const batch::StoredTrial again = in_a.Trial(1);
   EXPECT_EQ(again.record.outcome, trial::Outcome::kCrashed);
   EXPECT_EQ(again.record.seed, 71);
@@ -107,7 +101,6 @@ TEST(CrashedTrial, IsNoMeasurementAnywhere) {
   const std::vector<TrialPair> pairs = PairTrials(in_a, in_b, {});
   ASSERT_EQ(pairs.size(), 1u);
   EXPECT_EQ(pairs[0].a.seed, 70);
-  fs::remove_all(folder);
 }
 
 }  // namespace

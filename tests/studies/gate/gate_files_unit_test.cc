@@ -92,11 +92,13 @@ TEST_F(GateFiles, ABaselineOfAnotherPlanIsRefusedWithTheReason) {
   };
   EXPECT_EQ(given("25").digest, given("25.0").digest);
   EXPECT_NE(given("25").digest, given("25.5").digest);
+  const Gate nested = Load("  other: {water: {milk_ml_m3: 25}, start.lateral_m: 0.1}\n");
+  EXPECT_EQ(nested.conditions[1].digest, given("25").digest);
   EXPECT_THAT(refused(Load(kRough)), HasSubstr("it has no condition 'rough'"));
   Gate other = gate;
   other.conditions[0].given = "pool_active water.milk_ml_m3=30";
   EXPECT_THAT(refused(other),
-              HasSubstr("measured with 'pool_active water.milk_ml_m3=20 sea={state: calm}', the "
+              HasSubstr("measured with 'pool_active water.milk_ml_m3=20 sea.state=calm', the "
                         "gate gives 'pool_active water.milk_ml_m3=30'"));
   other = gate;
   other.conditions[0].digest = "0";

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/batch/batch_report.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/report/json.h"
@@ -133,6 +134,10 @@ TEST_F(GateRepeat, AFileOfTrialsIsJudgedAsTheGateJudgedIt) {
     batch::ResultStore store = Open("trials.db", slow);
     judged = Judge(baseline, slow, {.jobs = {.workers = 2}}, &store);
   }
+  const auto stored = batch::ResultStore::Read(File("trials.db"));
+  const auto status = batch::ReportOf(batch::SummaryOf(stored, stored.file()));
+  EXPECT_EQ(status.verdict.word, "not running") << "how many it needs, its plan does not say";
+  EXPECT_THAT(report::Text(status), HasSubstr("By case"));
   GateReport again = ReportOfFile(File("trials.db"), Load(), baseline);
   again.assignments = slow;
   EXPECT_EQ(report::JsonText(again), judged);
@@ -159,13 +164,13 @@ TEST_F(GateRepeat, TrialsOfAnotherGateAreRefusedAndOfAnotherProgramBegunAnew) {
   EXPECT_EQ(stored({}), 4);
   EXPECT_THAT(said_, IsEmpty());
   EXPECT_THAT(MessageOf([&] { stored({"camera_delay_frames=4"}); }),
-              HasSubstr("'camera_delay_frames: 1' then, 'camera_delay_frames: 4' now"));
+              HasSubstr("camera_delay_frames: 1 then, 4 now"));
   EXPECT_EQ(stored({}), 4);
   EXPECT_EQ(std::ssize(Open("trials.db", {"camera_delay_frames=4"}, /*anew=*/true).Done()), 0);
   Open("trials.db", {}, /*anew=*/true);
   fill();
   WriteGate(3, /*master_seed=*/2);
-  EXPECT_THAT(MessageOf([&] { stored({}); }), HasSubstr("master_seed: '1' then, '2' now"));
+  EXPECT_THAT(MessageOf([&] { stored({}); }), HasSubstr("master_seed: 1 then, 2 now"));
   WriteGate(3);
   EXPECT_THAT(said_, IsEmpty());
   // as by another build
