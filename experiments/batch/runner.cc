@@ -113,7 +113,7 @@ TrialRunner::TrialRunner(const RunOptions& options, ResultStore* store)
 std::optional<StoredTrial> TrialRunner::Find(const TrialSpec& spec,
                                              const trial::Scenario& scenario) const {
   if (!store_) return std::nullopt;
-  const std::optional<StoredTrial> known = store_->Find(spec.trial);
+  std::optional<StoredTrial> known = store_->Find(spec.trial);
   if (known && (known->parameters != spec.parameters || known->record.seed != spec.seed ||
                 known->identity != trial::IdentityOf(scenario, program_, known->record.renderer)))
     throw MismatchError(

@@ -54,12 +54,12 @@ void PanelChart::Draw(const report::Panel& panel) {
   low_ = panel.y.low - room;
   high_ = panel.y.high + room;
   DrawEmpty(panel);
-  for (const report::Series& series : panel.series) DrawSeries(series);
+  for (const report::Series& series : panel.series) DrawSeries(series, 0);
 }
 
 bool PanelChart::Add(const report::Panel& more) {
   if (!(low_ <= more.y.low && more.y.high <= high_)) return false;
-  for (const report::Series& series : more.series) DrawSeries(series);
+  for (const report::Series& series : more.series) DrawSeries(series, 1);
   return low_ < high_;
 }
 
@@ -98,9 +98,9 @@ void PanelChart::DrawEmpty(const report::Panel& panel) {
       across(rule.name, std::round(RowOf(rule.at)), rule.color, 0.65, rule.color);
 }
 
-void PanelChart::DrawSeries(const report::Series& series) {
+void PanelChart::DrawSeries(const report::Series& series, size_t first) {
   canvas_.Clip(plot_);
-  for (size_t i = 0; i < series.points.size(); ++i)
+  for (size_t i = first; i < series.points.size(); ++i)
     DrawStep(series, i == 0 ? nullptr : &series.points[i - 1], series.points[i]);
   canvas_.Unclip();
 }

@@ -30,7 +30,7 @@ class PanelChart {
 
  private:
   void DrawEmpty(const report::Panel& panel);
-  void DrawSeries(const report::Series& series);
+  void DrawSeries(const report::Series& series, size_t first);  // from that point on
   void DrawStep(const report::Series& series, const report::Sample* before,
                 const report::Sample& now);  // none before the first
 

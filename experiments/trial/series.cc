@@ -88,8 +88,10 @@ report::Json KindOf() {
     report::Json words = report::Json::array();
     for (const auto& [value, name] : EnumNames<V>::kNames) words.push_back(name);
     return words;
+  } else if constexpr (std::is_integral_v<V>) {
+    return "int";
   } else {
-    return std::is_integral_v<V> ? "int" : "double";
+    return "double";
   }
 }
 
@@ -97,13 +99,13 @@ report::Json KindOf() {
 void AddText(const std::string& text, size_t row, Series::Column* column) {
   const std::optional<double> number = report::NumberIn(text);
   const Cell cell = number ? Cell(*number) : text.empty() ? Cell() : Cell(text);
+  const auto add = [&cell](auto& values) {
+    using V = typename std::decay_t<decltype(values)>::value_type;
+    if (cell.is_null() && !std::is_same_v<V, double>) throw ConfigError("is missing");
+    ReadCell(cell, &values.emplace_back());
+  };
   try {
-    std::visit(
-        [&]<class V>(std::vector<V>& values) {
-          if (cell.is_null() && !std::is_same_v<V, double>) throw ConfigError("is missing");
-          ReadCell(cell, &values.emplace_back());
-        },
-        column->values);
+    std::visit(add, column->values);
   } catch (const ConfigError& error) {
     throw ConfigError(fmt::format("{} in row {}", column->name, row), error.what());
   }
@@ -250,18 +252,18 @@ Series Series::Of(const std::vector<std::string>& names) {
 std::string Series::Bytes() const {
   report::Json columns = report::Json::array();
   std::string planes;
-  for (const Column& column : columns_)
-    std::visit(
-        [&]<class V>(const std::vector<V>& values) {
-          columns.push_back({column.name, KindOf<V>()});
-          const size_t begin = planes.size(), rows = values.size();
-          planes.resize(begin + kWidth<V> * rows);
-          for (size_t row = 0; row < rows; ++row)
-            for (size_t k = 0; k < kWidth<V>; ++k)
-              planes[begin + k * rows + row] =
-                  static_cast<char>(BitsOf(values[row]) >> (8 * k) & 0xff);
-        },
-        column.values);
+  for (const Column& column : columns_) {
+    const auto add = [&](const auto& values) {
+      using V = typename std::decay_t<decltype(values)>::value_type;
+      columns.push_back({column.name, KindOf<V>()});
+      const size_t begin = planes.size(), rows = values.size();
+      planes.resize(begin + kWidth<V> * rows);
+      for (size_t row = 0; row < rows; ++row)
+        for (size_t k = 0; k < kWidth<V>; ++k)
+          planes[begin + k * rows + row] = static_cast<char>(BitsOf(values[row]) >> (8 * k) & 0xff);
+    };
+    std::visit(add, column.values);
+  }
   return report::JsonLine({{"rows", rows()}, {"columns", columns}}) + "\n" + planes;
 }
 
@@ -279,22 +281,23 @@ Series Series::FromBytes(std::string_view bytes) {
   if (names.empty()) return {};
   Series series = Of(names);
   std::string_view planes = bytes.substr(std::min(bytes.size(), header.size() + 1));
-  for (size_t i = 0; i < names.size(); ++i)
-    std::visit(
-        [&]<class V>(std::vector<V>& values) {
-          const size_t size = kWidth<V> * rows;
-          if (series.columns_[i].name != names[i] || json["columns"][i].at(1) != KindOf<V>() ||
-              rows > planes.size() || size > planes.size())
-            throw ConfigError("a series: column " + names[i] + " is not this program's");
-          for (size_t row = 0; row < rows; ++row) {
-            uint64_t bits = 0;
-            for (size_t k = 0; k < kWidth<V>; ++k)
-              bits |= uint64_t{static_cast<uint8_t>(planes[k * rows + row])} << (8 * k);
-            values.push_back(ValueOf<V>(bits));
-          }
-          planes.remove_prefix(size);
-        },
-        series.columns_[i].values);
+  for (size_t i = 0; i < names.size(); ++i) {
+    const auto read = [&](auto& values) {
+      using V = typename std::decay_t<decltype(values)>::value_type;
+      const size_t size = kWidth<V> * rows;
+      if (series.columns_[i].name != names[i] || json["columns"][i].at(1) != KindOf<V>() ||
+          rows > planes.size() || size > planes.size())
+        throw ConfigError("a series: column " + names[i] + " is not this program's");
+      for (size_t row = 0; row < rows; ++row) {
+        uint64_t bits = 0;
+        for (size_t k = 0; k < kWidth<V>; ++k)
+          bits |= uint64_t{static_cast<uint8_t>(planes[k * rows + row])} << (8 * k);
+        values.push_back(ValueOf<V>(bits));
+      }
+      planes.remove_prefix(size);
+    };
+    std::visit(read, series.columns_[i].values);
+  }
   return series;
 }
 
