@@ -300,7 +300,7 @@ def to_mcap(run: Path | Result, file: Path = "", *, images: bool = False, plugin
     name = os.fspath(file) or str(folder / "trial.mcap")
     with McapFile(name) as out:
         out.describe(version=record["version"], digest=record["digest"], seed=str(record["seed"]),
-                     scenario=model["description"], outcome=record["outcome"])
+                     scenario=str(scenario["description"]), outcome=record["outcome"])
         for attached, kind in (("result.json", "application/json"), ("resolved.yaml", "application/yaml")):
             out.attach(folder / attached, kind)
         _write_trial(out, model, rows, stages, record, pictures)
