@@ -329,6 +329,7 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
   int done = 0;
   const auto evaluate = [&](int, const std::vector<search::Candidate>& candidates) {
     std::vector<std::string> inputs;
+    inputs.reserve(candidates.size());
     for (const search::Candidate& places : candidates)
       inputs.push_back(
           report::JsonLine({{"experiment", experiment}, {"values", plan.ValuesAt(places)}}));

@@ -191,6 +191,7 @@ class Evaluations {
                                    {.next = next, .add = add});
     if (!ended) throw batch::Stopped();
     std::vector<Evaluation> evaluations;
+    evaluations.reserve(running.size());
     for (Running& r : running) evaluations.push_back(std::move(r.evaluation));
     return evaluations;
   }
@@ -258,11 +259,13 @@ class Tuning {
       RequireAStart();  // which is the incumbent
     } else {
       std::vector<Gains> gains;
+      gains.reserve(candidates.size());
       for (const search::Candidate& c : candidates) gains.push_back(study_.GainsAt(c));
       done = evaluations_.Run(phase_, plan, gains, /*cameras=*/false,
                               [this](const Evaluation& e) { return MayWin(e); });
     }
     std::vector<double> costs;
+    costs.reserve(done.size());
     for (const Evaluation& evaluation : done) costs.push_back(CostOf(evaluation));
     Record(generation, done, costs);
     return costs;
