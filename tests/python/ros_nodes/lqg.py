@@ -21,23 +21,34 @@ class Lqg(Node):
     def __init__(self):
         super().__init__("lqg")
         self.controller = turbidock.Scenario(sys.argv[1]).make_controller()
-        self.seen = self.wanted = None
+        self.seen = self.wanted = None  # the frame whose pose was taken; what is wanted
+        self.applied, self.poses = {}, {}  # what came, by its frame: topics keep no order among each other
         self.is_slow = "slow" in sys.argv
         self.wrench = self.create_publisher(WrenchStamped, "wrench", 10)
-        # In this order: what is first is first heard of what has come, and `applied` is of the frame before.
         self.create_subscription(JointState, "applied", self.on_applied, 10)
         self.create_subscription(JointState, "marker/axes", self.on_seen, 10)
         self.create_subscription(JointTrajectory, "marker/desired_axes", self.on_wanted, 10)
 
     def on_applied(self, message):
-        self.controller.given(frame_of(message), message.effort)
+        self.applied[frame_of(message)] = message.effort
+        self.take()
 
     def on_seen(self, message):
-        self.seen = frame_of(message)
-        self.controller.observe(self.seen, message.position)
-        if self.is_slow:
-            time.sleep(0.1)
-        self.answer()
+        self.poses[frame_of(message)] = message.position
+        self.take()
+
+    def take(self):
+        """What came, frame by frame: a pose comes after what was applied in the frame before, but the first."""
+        for frame in sorted(self.poses):
+            if self.seen is not None and frame - 1 not in self.applied:
+                return
+            for before in sorted(before for before in self.applied if before < frame):
+                self.controller.given(before, self.applied.pop(before))
+            self.controller.observe(frame, self.poses.pop(frame))
+            self.seen = frame
+            if self.is_slow:
+                time.sleep(0.1)
+            self.answer()
 
     def on_wanted(self, message):
         self.wanted, self.is_slow = message, False
