@@ -71,6 +71,12 @@ int Replay(const ReplayArguments& arguments) {
                                                                   .json = arguments.json,
                                                                   .quiet = arguments.quiet});
   if (command::StopSignal() != 0 || result.digest == before.digest) return command::kExitDone;
+  if (!trial::HasEnd(before.outcome)) {  // a time limit, say, is another one every time
+    command::Progress(arguments.quiet)
+        .Say(fmt::format("trial {} ended {}, now {}", arguments.trial, NameOf(before.outcome),
+                         NameOf(result.outcome)));
+    return command::kExitDone;
+  }
   throw batch::MismatchError(fmt::format("trial {} ended {} with digest {}, now {} with digest {}",
                                          arguments.trial, NameOf(before.outcome), before.digest,
                                          NameOf(result.outcome), result.digest));

@@ -30,7 +30,8 @@ std::optional<config::YamlNode> PlanIn(const StoreHeader& header) {
 std::string TitleOf(const StoreHeader& header) {
   const auto plan = PlanIn(header);
   const auto description = plan ? plan->Find("description") : std::nullopt;
-  return description ? description->Text().value_or(header.kind) : header.kind;
+  const std::string text = description ? description->Text().value_or("") : "";
+  return text.empty() ? header.kind : text;
 }
 
 bool IsBatch(const BatchSummary& summary) { return summary.header.kind == "batch"; }

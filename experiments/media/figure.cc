@@ -39,6 +39,17 @@ std::string Quoted(std::string_view text, char doubled = '\'') {
   return quoted + "'";
 }
 
+// At most so many letters, the last of them dots where there were more.
+std::string Cut(const std::string& text, size_t most) {
+  if (report::Letters(text) <= most) return text;
+  std::string begin;
+  for (const char c : text) {
+    if ((c & 0xc0) != 0x80 && report::Letters(begin) + 1 >= most) break;
+    begin += c;
+  }
+  return begin + "…";
+}
+
 // gnuplot counts what shines through.
 std::string Color(const Rgb& rgb, double opacity = 1) {
   return fmt::format("'#{:02x}{:02x}{:02x}{:02x}'", std::lround(255 * (1 - opacity)), rgb[0],
@@ -203,7 +214,9 @@ void Stack(const Figure& figure, size_t number, Script* script) {
   script->Line("set lmargin at screen 0.08; set rmargin at screen 0.925");
   script->Line("set tmargin at screen {}; set bmargin at screen {}", top, top - step + kGap);
   script->Line("unset title; set ylabel {}", Quoted(figure.panels[number].title));
-  if (number > 0) script->Line("set key at graph 0, graph 1.04 left bottom");
+  // in one line, of however many thrusters
+  const char* const font = figure.panels[number].series.size() > 5 ? " font ',8' samplen 1.5 width -5 maxrows 1" : "";
+  if (number > 0) script->Line("set key at graph 0, graph 1.04 left bottom{}", font);
   if (number + 1 < figure.panels.size()) script->Line("set format x ''; unset xlabel");
 }
 
@@ -250,13 +263,14 @@ void WriteFigure(const std::string& path, const Figure& figure) {
   system::WholeFile file(path);
   const size_t columns = figure.columns;
   const size_t rows = (figure.panels.size() + columns - 1) / columns;
-  // as large as fits
-  const double most = 1.2 * static_cast<double>(columns) * figure.width_px /
-                      static_cast<double>(report::Letters(figure.title) + 1);
-  const std::string title =
-      figure.title.empty()
-          ? ""
-          : fmt::format("title {} font 'Sans Bold,{}'", Quoted(figure.title), std::min(15.0, most));
+  // as large as fits; what would be too small to read is cut
+  constexpr double kLeastSize = 9;
+  const double room = 1.2 * static_cast<double>(columns) * figure.width_px;
+  const std::string words = Cut(figure.title, static_cast<size_t>(room / kLeastSize) - 1);
+  const double most = room / static_cast<double>(report::Letters(words) + 1);
+  const std::string title = words.empty() ? ""
+                                          : fmt::format("title {} font 'Sans Bold,{}'",
+                                                        Quoted(words), std::min(15.0, most));
   Script script;
   const auto size = [&](size_t px) { return static_cast<double>(px) / terminal.px_per_unit; };
   script.Line("set terminal {} noenhanced size {}{},{}{} font 'Sans,13'", terminal.name,

@@ -39,14 +39,16 @@ std::string FactsOf(const Json& facts) {
   return text;
 }
 
-// Of what only the script can show, nothing.
+// Nothing where only the script has something to show.
 std::string SectionOf(const Json& section) {
-  if (!section.value("player", "").empty()) return "";
-  std::string text = Element("h2", section["title"]) + Element("p", section["note"]);
+  std::string text;
   for (const Json& line : section["lines"]) text += Element("p", line);
   text += FactsOf(section.value("facts", Json::array()));
+  for (const Json& command : section.value("commands", Json::array()))
+    text += Element("p", command["what"]) + Element("pre", command["command"]);
   if (const Json& table = section["table"]; table.is_object()) text += TableOf(table);
-  return text;
+  if (text.empty() && section["panels"].empty()) return "";
+  return Element("h2", section["title"]) + Element("p", section["note"]) + text;
 }
 
 }  // namespace

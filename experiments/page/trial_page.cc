@@ -167,6 +167,9 @@ Json TrialModel(const trial::Scenario& scenario) {
   return model;
 }
 
+// Of curves: a time, too, must find its frame.
+constexpr int kPlotDigits = 6;
+
 Json SeriesModel(const trial::Series& series, int digits) {
   return system::Base64(series.Rounded(digits).Bytes());
 }
@@ -174,7 +177,7 @@ Json SeriesModel(const trial::Series& series, int digits) {
 Json TracesModel(const trial::Series& series, const trial::ViewCriteria& criteria, int digits,
                  size_t first_row) {
   return {{"series", SeriesModel(series.From(first_row), digits)},
-          {"sections", Rounded(trial::TraceSections(series, criteria, first_row), digits)}};
+          {"sections", Rounded(trial::TraceSections(series, criteria, first_row), kPlotDigits)}};
 }
 
 Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
@@ -202,8 +205,8 @@ Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
   page.model = TrialModel(scenario);
   for (const Json& sentence : page.model["missing"]) report.missing.push_back(sentence);
   page.model.update(Rounded(report));
-  page.model.update(
-      {{"series", SeriesModel(series, 6)}, {"frames", PicturesIn(in / "cameras", scenario)}});
+  page.model.update({{"series", SeriesModel(series, kPlotDigits)},
+                     {"frames", PicturesIn(in / "cameras", scenario)}});
   if (fs::is_regular_file(video, none)) page.files["video"] = system::ReadWhole(video);
   page.has_3d = !page.model["scene"].is_null();
   return page;

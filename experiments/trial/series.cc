@@ -302,16 +302,19 @@ Series Series::FromBytes(std::string_view bytes) {
 }
 
 Series Series::Rounded(int digits) const {
-  // of the 52 bits behind the first
-  const auto kept = static_cast<int>(std::ceil(digits * std::log2(10.0)));
-  const uint64_t step = uint64_t{1} << std::max(0, 52 - kept);
   Series rounded = *this;
-  for (Column& column : rounded.columns_)
-    if (auto* numbers = std::get_if<std::vector<double>>(&column.values))
-      for (double& number : *numbers)
-        if (std::isfinite(number))
-          number =
-              std::bit_cast<double>((std::bit_cast<uint64_t>(number) + step / 2) & ~(step - 1));
+  for (Column& column : rounded.columns_) {
+    auto* const numbers = std::get_if<std::vector<double>>(&column.values);
+    if (!numbers) continue;
+    // of the 52 bits behind the first; a time finds its frame
+    constexpr int kTimes = 8;
+    const int least = column.name.ends_with("time_s") ? std::max(digits, kTimes) : digits;
+    const auto kept = static_cast<int>(std::ceil(least * std::log2(10.0)));
+    const uint64_t step = uint64_t{1} << std::max(0, 52 - kept);
+    for (double& number : *numbers)
+      if (std::isfinite(number))
+        number = std::bit_cast<double>((std::bit_cast<uint64_t>(number) + step / 2) & ~(step - 1));
+  }
   return rounded;
 }
 

@@ -137,8 +137,12 @@ class Traces {
 
   // A line for each of these columns.
   Panel Several(const std::string& title, const std::vector<std::string>& columns,
-                double unit = 1) const {
+                double least_span, double unit = 1) const {
     Panel panel = Empty(title);
+    Range range;
+    for (const std::string& column : columns)
+      for (const double value : series_.Numbers(column)) range.Hold(unit * value);
+    panel.y = range.AxisOf(least_span);
     for (size_t i = 0; i < columns.size(); ++i) {
       const std::string name = report::QuantityOf(columns[i]).label;
       panel.series.push_back(Curve(name, columns[i], unit, report::CurveColor(i)));
@@ -148,7 +152,7 @@ class Traces {
 
   Panel Contact() const {
     const std::vector<std::string> columns = {"dock_force_newton", "collision_force_newton"};
-    Panel panel = Several("contact, N", columns);
+    Panel panel = Several("contact, N", columns, 1);
     double most = 1;
     for (const std::string& column : columns)
       for (const double force : series_.Numbers(column)) most = std::max(most, 1.07 * force);
@@ -211,8 +215,8 @@ std::vector<Panel> TracePanels(const Series& series, const ViewCriteria& criteri
       traces.Pose({"z, mm", "z", mm, 3 * MmFromM(criteria.tolerance_z_m), allowed(1)}),
       traces.Pose({"yaw, °", "yaw", DegFromRad(1), 10}),
       traces.Fitness(),
-      traces.Several("thrusters, V", series.voltages()),
-      traces.Several("speed, mm/s", {"surge_mps", "sway_mps", "heave_mps"}, mm),
+      traces.Several("thrusters, V", series.voltages(), 1),
+      traces.Several("speed, mm/s", {"surge_mps", "sway_mps", "heave_mps"}, 20, mm),
       traces.Contact()};
   // names of stages once; the time below all of them
   for (Panel& panel : std::span(panels).subspan(1))

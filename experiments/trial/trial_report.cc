@@ -43,7 +43,8 @@ Json WithoutNoise(Json record, const Series& series, const ViewCriteria& criteri
   const Json transitions = record.value("transitions", Json::array());
   if (std::ranges::none_of(transitions, [](const Json& t) { return t["to"] == "visual_servoing"; }))
     record["tracking_rms_m"] = record["overshoot_m"] = nullptr;
-  if (NumberOf(record, "insertion_depth_m").value_or(0) <= 0) record["insertion_depth_m"] = nullptr;
+  // of a pole elsewhere the depth says nothing
+  if (record.value("inserted", Json()) != true) record["insertion_depth_m"] = nullptr;
   return record;
 }
 
@@ -105,6 +106,9 @@ std::vector<std::pair<std::string, std::string>> ValuesOf(const Scenario& scenar
 Section Settings(const Scenario& scenario) {
   std::map<std::string, std::string> defaults;
   for (const auto& [key, value] : ValuesOf(PresetsOf(scenario))) defaults[key] = value;
+  const auto usual_presets = ValuesOf(Scenario());
+  for (const auto& [key, value] : usual_presets)
+    if (key == "vehicle_model" || key == "optics") defaults[key] = value;
   report::Table table({"<key", "<here", "<default"});
   for (const auto& [key, value] : ValuesOf(scenario)) {
     // no scenario is without these: they have no default; of files a digest says nothing to people
@@ -194,6 +198,7 @@ report::Report ReportOf(const Scenario& scenario, const Json& result, const Seri
                                     report::Spoken(record.value("reason", ""))},
                         .facts = FactsOf(scenario, record),
                         .sections = TraceSections(series, criteria)};
+  if (series.rows() == 0) report.missing.emplace_back("No curves: the log has no rows.");
   if (const Json stages = record.value("transitions", Json::array()); !stages.empty())
     report.sections.push_back(Stages(scenario, stages));
   try {

@@ -179,6 +179,7 @@ report::Json RecordOf(const std::string& outcome) {
   result.reason = "it says so of hull_box";
   result.time_s = 1.5;
   result.insertion_depth_m = 0.1;
+  result.inserted = outcome == "success";
   result.stage_time_s[Stage::kDocking] = 2;
   report::Json record = result;
   record["outcome"] = outcome;
@@ -207,7 +208,10 @@ TEST(TrialReport, WhatIsNoiseIsNotSaid) {
   const report::Report lost = ReportOf({}, RecordOf("timeout"), Series::Of(OnTheEdge()));
   for (const char* key : {"final_error_estimated", "tracking_rms_m", "overshoot_m"})
     EXPECT_EQ(FigureIn(lost, key), "-") << key;
-  EXPECT_EQ(FigureIn(lost, "insertion_depth_m"), "100 mm");
+  EXPECT_EQ(FigureIn(lost, "insertion_depth_m"), "-") << "the pole is elsewhere";
+  EXPECT_EQ(
+      FigureIn(ReportOf({}, RecordOf("success"), Series::Of(OnTheEdge())), "insertion_depth_m"),
+      "100 mm");
   EXPECT_EQ(FigureIn(lost, "stage_time_s.docking"), "2 s");
   TrialLog seen = OnTheEdge();
   for (FrameRecord& frame : seen.frames) frame.fitness = 0.9;

@@ -41,4 +41,5 @@ export const shown = value =>
       ? '–'
       : String(value);
 
-export const clockText = seconds => `${fixed(Math.max(0, seconds), 1)} s`;
+export const clockText = seconds =>
+  Number.isFinite(seconds) ? `${fixed(Math.max(0, seconds), 1)} s` : '–';

@@ -1,12 +1,12 @@
 // What a page counts itself, as filters change it: bins and groups; and places in lists.
 
-/** Index of the last of ascending values that is at or before one; -1 where none is. */
+/** Index of the last of ascending times that is at or before one, which is told to a millisecond; -1 where none is. */
 export function lastAt(values, value) {
   let low = 0;
   let high = values.length;
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (values[middle] <= value + 1e-9) low = middle + 1;
+    if (values[middle] <= value + 2e-3) low = middle + 1;
     else high = middle;
   }
   return low - 1;

@@ -92,10 +92,10 @@ export function drawSection(part, view) {
 }
 
 /** The table with what its links open. */
-function linked({columns, rows}, {isLink, open}) {
+function linked({columns, rows}, view) {
   const cell = value =>
-    isLink(value?.link)
-      ? {...value, title: `show ${value.text}`, onclick: () => open(value.link)}
+    view.isLink(value?.link)
+      ? {...value, title: `show ${value.text}`, onclick: () => view.open(value.link)}
       : value;
   return {columns, rows: rows.map(row => row.map(cell))};
 }

@@ -264,7 +264,11 @@ export class TrialView {
     const {series, clock, cameras} = this;
     const {frames} = this.model;
     if (!frames?.length)
-      return cameras.show({}, estimate, 'No pictures were kept; the circles are the estimate.');
+      return cameras.show(
+        {},
+        estimate,
+        `No pictures were kept${estimate.isFound ? '; the circles are the estimate' : ''}.`,
+      );
     const late_s = frame => Math.abs(frame.time_s - clock.time);
     const frame = frames.reduce((best, other) => (late_s(other) < late_s(best) ? other : best));
     if (frame === this.frame) return;

@@ -118,7 +118,7 @@ void VideoComposer::DrawStatus(const trial::FrameRecord& record) {
       &canvas_, x + 8, 10,
       fmt::format("F = {:.2f}   {}", record.fitness, trial::AreaTitle(record.fitness, criteria_)),
       kText);
-  DrawPlate(&canvas_, kRightPanel.x + 10, 10, title_, kText);
+  DrawPlate(&canvas_, kRightPanel.x + 10, 10, Wrapped(title_, 500, kTextSize, &canvas_)[0], kText);
   DrawPlate(&canvas_, kVideoWidth - 10, 10, fmt::format("{:.1f} s", record.time_s), kText,
             media::Align::kRight);
 }

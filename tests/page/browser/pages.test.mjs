@@ -98,6 +98,14 @@ test('a trial: text of a name, time by slider, keys and plot, pictures and film'
     before.filter(c => c.plot),
     'a drag zooms all plots',
   );
+  const stage = page.locator('section[aria-label="Stages"] button.link').first();
+  await stage.click();
+  const [time, row] = await page.evaluate(() => {
+    const {clock, series} = globalThis.turbidock;
+    return [clock.time, series.indexAt(clock.time)];
+  });
+  assert.equal(time.toFixed(1), await stage.innerText());
+  assert.equal(row, Math.round(30 * time), 'the row of that frame');
   const chip = page.locator('.traces .chip').first();
   await chip.click();
   assert.equal(await chip.getAttribute('aria-pressed'), 'false');
