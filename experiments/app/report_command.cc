@@ -37,9 +37,6 @@ page::Page PageOf(const std::string& input, const ReportArguments& arguments) {
 void RequireSense(const ReportArguments& arguments) {
   if (arguments.inputs.size() > 1)
     throw ConfigError("report shows one result; turbidock compare A B --out FILE.html shows two");
-  if (!arguments.out.empty() && !arguments.out.ends_with(".html"))
-    throw ConfigError(arguments.out +
-                      ": a page's file ends with .html (--figure draws .png, .svg, .pdf)");
   const std::string& input = arguments.inputs[0];
   std::error_code none;
   if (!fs::exists(input, none)) throw ConfigError(input + ": no such file or folder");
