@@ -213,9 +213,12 @@ void Stack(const Figure& figure, size_t number, Script* script) {
   const double top = kTop - step * static_cast<double>(number);
   script->Line("set lmargin at screen 0.08; set rmargin at screen 0.925");
   script->Line("set tmargin at screen {}; set bmargin at screen {}", top, top - step + kGap);
-  script->Line("unset title; set ylabel {}", Quoted(figure.panels[number].title));
+  const Panel& panel = figure.panels[number];
+  script->Line("unset title; set ylabel {}",
+               Quoted(panel.y.label.empty() ? panel.title : panel.y.label));
   // in one line, of however many thrusters
-  const char* const font = figure.panels[number].series.size() > 5 ? " font ',8' samplen 1.5 width -5 maxrows 1" : "";
+  const char* const font =
+      panel.series.size() > 5 ? " font ',8' samplen 1.5 width -5 maxrows 1" : "";
   if (number > 0) script->Line("set key at graph 0, graph 1.04 left bottom{}", font);
   if (number + 1 < figure.panels.size()) script->Line("set format x ''; unset xlabel");
 }
@@ -299,12 +302,14 @@ Figure FigureOf(const report::Report& report) {
   Figure figure{.title = word.empty() ? report.title : word + ": " + report.title,
                 .width_px = 560,
                 .height_px = 460};
+  figure.stacked = std::ranges::all_of(report.sections, [](const report::Section& section) {
+    return section.stacked || section.panels.empty();
+  });
   std::set<size_t> rows;                         // how many plots a section has
   std::set<std::vector<std::string>> explained;  // by a legend further up in a stack
   for (const report::Section& section : report.sections) {
     if (section.panels.empty()) continue;
     rows.insert(section.panels.size());
-    figure.stacked |= section.stacked;
     for (const Panel& panel : section.panels) {
       figure.panels.push_back(panel);
       if (panel.title.empty()) figure.panels.back().title = section.title;
@@ -312,10 +317,10 @@ Figure FigureOf(const report::Report& report) {
       for (const Series& series : panel.series)
         if (!series.name.empty()) names.push_back(series.name);
       figure.panels.back().legend |=
-          names.size() > 1 && (!section.stacked || explained.insert(names).second);
+          names.size() > 1 && (!figure.stacked || explained.insert(names).second);
     }
   }
-  if (figure.stacked) {
+  if (figure.stacked && !rows.empty()) {
     figure.width_px = 1400;
     figure.height_px = 195;
     return figure;

@@ -26,8 +26,8 @@ report::Json TrialModel(const trial::Scenario& scenario);
 // or in the world, and colour.
 report::Json SceneModel(const vehicle::Scene& scene);
 
-// A trial's log for a page, in so many digits: {series, its Bytes() as Base64; sections, those that
-// show it}.
+// A trial's log for a page: {series, its Bytes() as Base64, in so many digits; sections, those that
+// show it, whose curves have six}.
 // Where a page grows, curves are from a row on.
 report::Json TracesModel(const trial::Series& series, const trial::ViewCriteria& criteria,
                          int digits, size_t first_row = 0);

@@ -50,8 +50,8 @@ struct Section {
   std::vector<Command> commands = {};
   bool stacked = false;  // its panels share one x axis
   bool wide = false;     // takes the page's whole width, as a section with a table does
-  // What a page of this kind puts here for hands and eyes, such as "replay" (page/README.md); all
-  // others have what else is in the section.
+  // What a page of this kind fills the section with: of a trial "replay" and "cameras", of a batch
+  // "success", "failures", "times", "errors" and "trials". All else shows what is in the section.
   std::string player = {};
   TURBIDOCK_FIELDS(title, note, lines, facts, table, panels, commands, stacked, wide, player)
 };

@@ -167,12 +167,6 @@ std::vector<std::string> Series::voltages() const {
   return voltages;
 }
 
-Pose Series::PoseAt(const std::string& of, size_t row) const {
-  const auto at = [&](const char* part) { return Numbers(of + part)[row]; };
-  return {Eigen::Quaterniond(at("_qw"), at("_qx"), at("_qy"), at("_qz")),
-          {at("_x_m"), at("_y_m"), at("_z_m")}};
-}
-
 std::vector<std::string> Series::names() const {
   std::vector<std::string> names;
   for (const Column& column : columns_) names.push_back(column.name);

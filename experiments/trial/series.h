@@ -46,8 +46,6 @@ class Series {
   const std::vector<int64_t>& controlled() const;
   // The names of the thrusters' columns.
   std::vector<std::string> voltages() const;
-  // "est", "true", "true_at_image" (of the marker in the camera head) or "vehicle" (in the world).
-  Pose PoseAt(const std::string& of, size_t row) const;
 
   // A row more, of the same thrusters.
   void Add(const FrameRecord& frame);

@@ -176,11 +176,16 @@ class Traces {
     const std::string name = which + "_" + quantity.part;
     const bool is_desired = which == "desired", is_yaw = quantity.part == std::string("yaw");
     std::vector<double> values;
-    if (is_yaw && !is_desired)
+    if (is_yaw && !is_desired) {
+      const auto part = [&](const char* of) -> const std::vector<double>& {
+        return series_.Numbers(which + of);
+      };
+      const auto &w = part("_qw"), &x = part("_qx"), &y = part("_qy"), &z = part("_qz");
       for (size_t i = 0; i < time_s_.size(); ++i)
-        values.push_back(AxesPose::Of(series_.PoseAt(which, i)).yaw_rad);
-    else
+        values.push_back(YawOf(Eigen::Quaterniond(w[i], x[i], y[i], z[i])));
+    } else {
       values = series_.Numbers(name + (is_yaw ? "_rad" : "_m"));
+    }
     for (double& value : values) value *= quantity.unit;
     if (is_desired)
       for (size_t i = 0; i < values.size(); ++i)

@@ -200,6 +200,7 @@ TEST_F(PageFiles, ATrialsFolderBecomesAPage) {
   EXPECT_EQ(page.files.at("video"), "film");
   EXPECT_TRUE(page.has_3d);
   EXPECT_THAT(Html(page), HasSubstr(result.digest)) << "also where no script may run";
+  EXPECT_THAT(Html(page), HasSubstr("<pre>turbidock run "));
 }
 
 TEST_F(PageFiles, TrialsBesideAReportAreLinksByTheirFoldersNames) {

@@ -38,5 +38,13 @@ TEST(Fixed, IsADashForWhatIsNotThere) {
   EXPECT_EQ(Fixed(std::nullopt, 3), "-");
 }
 
+TEST(Number, HasAllDigitsBeforeThePoint) {
+  EXPECT_EQ(Number(18000), "18000");
+  EXPECT_EQ(Number(123456.7), "123457");
+  EXPECT_EQ(Number(0.123456), "0.1235");
+  EXPECT_EQ(Number(-12345), "-12345");
+  EXPECT_EQ(Number(2e6), "2e+06");
+}
+
 }  // namespace
 }  // namespace turbidock::report

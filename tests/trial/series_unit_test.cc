@@ -177,6 +177,9 @@ TEST(Series, RoundedNumbersHaveTheirDigits) {
       }
       // of times more is kept: they find their frame
       const bool is_time = series.columns()[i].name.ends_with("time_s");
+      if (is_time) {
+        EXPECT_NEAR(y, x, 1e-6);
+      }
       EXPECT_EQ(std::bit_cast<uint64_t>(y) & (is_time ? 0xffffff : 0xffffffff), 0u);
     }
   ExpectEqual(rounded.Rounded(4), rounded);

@@ -247,10 +247,18 @@ TEST(TrialReport, SettingsAreWhatDiffersAndNothingElse) {
   EXPECT_EQ(before.at("pose_source").first, "true_pose");
   EXPECT_EQ(before.at("pose_source").second, "cameras");
   EXPECT_FALSE(before.contains("seed"));
+  EXPECT_FALSE(before.contains("vehicle_model")) << "as every scenario has it";
+  EXPECT_EQ(rows(LoadScenario("bluerov2_sea_night", {})).at("vehicle_model").first,
+            "bluerov2_heavy.xml");
   scenario.plugins.ParamsOf<control::PidParams>().sway.kp_per_s2 += 1;
   const auto after = rows(scenario);
   EXPECT_EQ(after.size(), before.size() + 1);
   EXPECT_TRUE(after.contains("pid.sway.kp_per_s2"));
+}
+
+TEST(TrialReport, ALogWithoutRowsIsSaid) {
+  EXPECT_THAT(ReportOf({}, RecordOf("success"), Series(TrialLog().thrusters)).missing,
+              ElementsAre("No curves: the log has no rows."));
 }
 
 // Stages as short as a frame, values that are not finite, words that gnuplot could take for its

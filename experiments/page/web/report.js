@@ -63,9 +63,9 @@ function goTo(id) {
 }
 
 /**
- * view: {plots: filled with those drawn, open(id), isLink(id), players: by name, functions that fill a section for hands
- * and eyes and return false where they have nothing to show, sync: of stacked panels, if it has one}. Null for a section
- * in which nothing would stand.
+ * view: {plots: filled with those drawn, open(id), isLink(id), players: by name, functions that fill a section and
+ * return false where they have nothing to show, sync: of stacked panels, if it has one}. Null for a section in which
+ * nothing would stand.
  */
 export function drawSection(part, view) {
   const {title, note, lines, table, panels, stacked, player, commands = []} = part;

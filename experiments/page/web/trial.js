@@ -1,4 +1,4 @@
-// One trial: its report's sections, of which some are for hands and eyes, on one clock. The live page feeds the same view.
+// One trial: the sections of its report on one clock. The live page feeds the same view.
 
 import {h, button, choice, section, soon} from 'page/dom.js';
 import {addressOf, has, load} from 'page/data.js';

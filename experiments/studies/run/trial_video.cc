@@ -26,6 +26,7 @@ constexpr Rgb kGround{15, 20, 26};
 constexpr Rgb kText{232, 237, 242};
 constexpr Rgb kFaintText{176, 186, 196};
 constexpr double kTextSize = 14, kSmallSize = 12;
+constexpr double kTitleWidth_px = 500;  // clear of the time at the right
 
 // The panels beside the spectator's view, column by column.
 constexpr trial::Trace kCharts[] = {trial::Trace::kFitness, trial::Trace::kX, trial::Trace::kY,
@@ -118,7 +119,8 @@ void VideoComposer::DrawStatus(const trial::FrameRecord& record) {
       &canvas_, x + 8, 10,
       fmt::format("F = {:.2f}   {}", record.fitness, trial::AreaTitle(record.fitness, criteria_)),
       kText);
-  DrawPlate(&canvas_, kRightPanel.x + 10, 10, Wrapped(title_, 500, kTextSize, &canvas_)[0], kText);
+  DrawPlate(&canvas_, kRightPanel.x + 10, 10,
+            Wrapped(title_, kTitleWidth_px, kTextSize, &canvas_)[0], kText);
   DrawPlate(&canvas_, kVideoWidth - 10, 10, fmt::format("{:.1f} s", record.time_s), kText,
             media::Align::kRight);
 }
