@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <boost/algorithm/string/classification.hpp>
-#include <boost/algorithm/string/split.hpp>
 #include <cmath>
 #include <optional>
 #include <string_view>
@@ -111,9 +109,14 @@ void AddText(const std::string& text, size_t row, Series::Column* column) {
   }
 }
 
-std::vector<std::string> Split(const std::string& text, const char* separator) {
-  std::vector<std::string> parts;
-  return boost::split(parts, text, boost::is_any_of(separator));
+std::vector<std::string> Split(const std::string& text, char separator) {
+  std::vector<std::string> parts(1);
+  for (const char c : text)
+    if (c == separator)
+      parts.emplace_back();
+    else
+      parts.back() += c;
+  return parts;
 }
 
 }  // namespace
@@ -203,13 +206,13 @@ std::string Series::Csv() const {
 }
 
 Series Series::FromCsv(const std::string& text, const std::string& where) {
-  std::vector<std::string> lines = Split(text, "\n");
+  std::vector<std::string> lines = Split(text, '\n');
   if (lines.back().empty()) lines.pop_back();
   if (lines.empty()) throw ConfigError(where + ": is empty");
-  const std::vector<std::string> names = Split(lines[0], ",");
+  const std::vector<std::string> names = Split(lines[0], ',');
   std::vector<std::vector<std::string>> rows;
   for (size_t row = 1; row < lines.size(); ++row) {
-    rows.push_back(Split(lines[row], ","));
+    rows.push_back(Split(lines[row], ','));
     if (rows.back().size() != names.size())
       throw ConfigError(fmt::format("{}:{}: has {} values, the header {}", where, row + 1,
                                     rows.back().size(), names.size()));

@@ -18,7 +18,6 @@ namespace {
 using report::kOpen;
 using report::Mark;
 using report::Panel;
-using report::Sample;
 using units::DegFromRad;
 using units::MmFromM;
 
