@@ -12,12 +12,17 @@
 #include <boost/beast/core/buffers_to_string.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket.hpp>
+#include <chrono>
 #include <future>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <thread>
+#include <variant>
+#include <vector>
 
 #include "experiments/report/json.h"
+#include "experiments/system/base64.h"
 #include "experiments/trial/series.h"
 #include "experiments/trial/trial.h"
 
@@ -38,6 +43,11 @@ struct Message {
   std::string left, right;
 };
 
+trial::Series RowsOf(const Message& message) {
+  return trial::Series::FromBytes(
+      system::BytesOf(message.head.at("rows").at("series").get<std::string>()));
+}
+
 // A page without a browser: takes every message and says so.
 class Page {
  public:
@@ -55,7 +65,7 @@ class Page {
 
   Message Next() {
     beast::flat_buffer buffer;
-    socket_.read(buffer);
+    Read(&buffer);
     const std::string bytes = beast::buffers_to_string(buffer.data());
     size_t size = 0;
     for (size_t i = 0; i < 4; ++i)
@@ -74,8 +84,9 @@ class Page {
       changes = Json::array();
     }
     if (message.head.contains("rows")) {
-      const Json& frames = message.head["rows"]["frame"];
-      for (const Json& frame : frames)
+      const trial::Series news = RowsOf(message);
+      EXPECT_EQ(news.columns()[0].name, "frame");
+      for (const int64_t frame : std::get<std::vector<int64_t>>(news.columns()[0].values))
         EXPECT_EQ(frame, rows++) << "rows come in order, and every one";
     }
     for (const Json& change : message.head.value("changes", Json::array()))
@@ -96,6 +107,16 @@ class Page {
   Json status, changes = Json::array();
 
  private:
+  // A message that does not come ends the test.
+  void Read(beast::flat_buffer* buffer) {
+    std::optional<beast::error_code> end;
+    socket_.async_read(*buffer, [&](beast::error_code error, size_t) { end = error; });
+    io_.restart();
+    io_.run_for(std::chrono::minutes(2));
+    if (!end) throw std::runtime_error("no message for two minutes");
+    if (*end) throw boost::system::system_error(*end);
+  }
+
   asio::io_context io_;
   beast::websocket::stream<tcp::socket> socket_;
 };
@@ -137,7 +158,7 @@ TEST(LiveView, APageSeesAllOfATrialAndDoesNotDisturbIt) {
   Served served(Short());
   Page page(served.url());
   const Message first = page.Until([](const Message& m) { return m.head.contains("trial"); });
-  EXPECT_EQ(first.head["trial"]["description"], "night sea, active marker");
+  EXPECT_EQ(first.head["trial"]["title"], "night sea, active marker, seed 1");
   EXPECT_TRUE(first.head.contains("controls"));
   const Message shown = page.Until([](const Message& m) { return !m.left.empty(); });
   for (const std::string* picture : {&shown.left, &shown.right}) {
@@ -235,9 +256,9 @@ TEST(LiveView, APageOpenedBeforeTheFirstFrameGetsTheColumns) {
   page.Until([&](const Message& m) { return m.head.contains("trial"); });
   Page late(served.url());
   const Message first = late.Until([](const Message& m) { return m.head.contains("trial"); });
-  ASSERT_TRUE(first.head.contains("rows"));
-  EXPECT_EQ(first.head["rows"]["time_s"], Json::array());
-  EXPECT_EQ(first.head["rows"].size(), trial::Series(trial::TrialLog().thrusters).names().size());
+  const trial::Series rows = RowsOf(first);
+  EXPECT_EQ(rows.rows(), 0);
+  EXPECT_EQ(rows.names(), trial::Series(trial::TrialLog().thrusters).names());
   EXPECT_EQ(first.head["status"]["frames"], 0);
   EXPECT_TRUE(first.left.empty()) << "a picture of the trial before";
 }
