@@ -17,45 +17,44 @@ namespace {
 
 constexpr std::string_view kVolts = "_v";  // a thruster's column ends in it, and no other
 
-// Calls add(name, value) for each column of a frame, in their order.
+// Calls add(of, what, value) for each column of a frame, in their order: OFWHAT is its name.
 template <class Add>
 void VisitColumns(const FrameRecord& r, const std::vector<std::string>& thrusters, const Add& add) {
-  const auto add_pose = [&add](const std::string& of, const Pose& X) {
+  const auto add_pose = [&add](std::string_view of, const Pose& X) {
     const Pose c = X.Canonical();
-    add(of + "_x_m", c.p.x());
-    add(of + "_y_m", c.p.y());
-    add(of + "_z_m", c.p.z());
-    add(of + "_qw", c.q.w());
-    add(of + "_qx", c.q.x());
-    add(of + "_qy", c.q.y());
-    add(of + "_qz", c.q.z());
+    add(of, "_x_m", c.p.x());
+    add(of, "_y_m", c.p.y());
+    add(of, "_z_m", c.p.z());
+    add(of, "_qw", c.q.w());
+    add(of, "_qx", c.q.x());
+    add(of, "_qy", c.q.y());
+    add(of, "_qz", c.q.z());
   };
-  add("frame", r.frame);
-  add("time_s", r.time_s);
-  add("stage", r.stage);
-  add("controlled", int64_t{r.controlled});
-  add("fitness", r.fitness);
+  add("frame", "", r.frame);
+  add("time_s", "", r.time_s);
+  add("stage", "", r.stage);
+  add("controlled", "", int64_t{r.controlled});
+  add("fitness", "", r.fitness);
   add_pose("est", r.est_X_HM);
-  add("image_time_s", r.image_time_s);
+  add("image_time_s", "", r.image_time_s);
   add_pose("true_at_image", r.true_at_image_X_HM);
   add_pose("true", r.true_X_HM);
-  add("desired_x_m", r.desired.x_m);
-  add("desired_y_m", r.desired.y_m);
-  add("desired_z_m", r.desired.z_m);
-  add("desired_yaw_rad", r.desired.yaw_rad);
+  add("desired_x_m", "", r.desired.x_m);
+  add("desired_y_m", "", r.desired.y_m);
+  add("desired_z_m", "", r.desired.z_m);
+  add("desired_yaw_rad", "", r.desired.yaw_rad);
   for (size_t i = 0; i < thrusters.size(); ++i)
-    add(thrusters[i] + std::string(kVolts),
-        r.command.volts.empty() ? kNeutralVolts : r.command.volts[i]);
+    add(thrusters[i], kVolts, r.command.volts.empty() ? kNeutralVolts : r.command.volts[i]);
   add_pose("vehicle", r.true_X_WB);
-  add("surge_mps", r.true_V_WB_B.v.x());
-  add("sway_mps", r.true_V_WB_B.v.y());
-  add("heave_mps", r.true_V_WB_B.v.z());
-  add("roll_rate_rad_s", r.true_V_WB_B.w.x());
-  add("pitch_rate_rad_s", r.true_V_WB_B.w.y());
-  add("yaw_rate_rad_s", r.true_V_WB_B.w.z());
-  add("insertion_depth_m", r.insertion_depth_m);
-  add("dock_force_newton", r.dock_force_newton);
-  add("collision_force_newton", r.collision_force_newton);
+  add("surge_mps", "", r.true_V_WB_B.v.x());
+  add("sway_mps", "", r.true_V_WB_B.v.y());
+  add("heave_mps", "", r.true_V_WB_B.v.z());
+  add("roll_rate_rad_s", "", r.true_V_WB_B.w.x());
+  add("pitch_rate_rad_s", "", r.true_V_WB_B.w.y());
+  add("yaw_rate_rad_s", "", r.true_V_WB_B.w.z());
+  add("insertion_depth_m", "", r.insertion_depth_m);
+  add("dock_force_newton", "", r.dock_force_newton);
+  add("collision_force_newton", "", r.collision_force_newton);
 }
 
 // A value's bits and back; how many bytes they are, and what says so in the header.
@@ -122,8 +121,8 @@ std::vector<std::string> Split(const std::string& text, char separator) {
 }  // namespace
 
 Series::Series(const std::vector<std::string>& thrusters) {
-  VisitColumns({}, thrusters, [&]<class V>(std::string name, const V&) {
-    columns_.push_back({std::move(name), std::vector<V>()});
+  VisitColumns({}, thrusters, [&]<class V>(std::string_view of, std::string_view what, const V&) {
+    columns_.push_back({fmt::format("{}{}", of, what), std::vector<V>()});
   });
 }
 
@@ -144,8 +143,9 @@ Series Series::Of(const TrialLog& log, int every_frames) {
 
 void Series::Add(const FrameRecord& frame) {
   size_t at = 0;
-  const std::vector<std::string> unnamed(voltages().size());
-  VisitColumns(frame, unnamed, [&]<class V>(const std::string&, const V& value) {
+  const auto is_voltage = [](const Column& column) { return column.name.ends_with(kVolts); };
+  const std::vector<std::string> unnamed(std::ranges::count_if(columns_, is_voltage));
+  VisitColumns(frame, unnamed, [&]<class V>(std::string_view, std::string_view, const V& value) {
     std::get<std::vector<V>>(columns_[at++].values).push_back(value);
   });
 }

@@ -190,6 +190,7 @@ void RequireOutputs(const ShownTrialOptions& shown) {
 // What is drawn of a trial that has ended: its figure and its page.
 void WritePictures(const trial::Scenario& scenario, const trial::TrialResult& result,
                    const ShownTrialOptions& shown) {
+  if (!shown.out && shown.figure.empty()) return;
   const report::Figure figure = media::FigureOf(
       trial::ReportOf(scenario, report::Json(result), trial::Series::Of(result.log)));
   if (!shown.figure.empty()) media::WriteFigure(shown.figure, figure);
