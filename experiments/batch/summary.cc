@@ -309,7 +309,7 @@ report::Panel SuccessPanel(const report::Quantity& x, const std::vector<SuccessC
     high = std::max(high, x.factor * curve.points.back().x);
   }
   const double margin = high > low ? 0.03 * (high - low) : 1;
-  report::Panel panel{.title = "Docked",
+  report::Panel panel{.title = "Success",
                       .x = {x.Title(), low - margin, high + margin},
                       .y = {"success, %", -3, 103},
                       .rules = {{50}},
