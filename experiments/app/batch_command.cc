@@ -63,6 +63,7 @@ int Batch(const BatchArguments& arguments) {
                                     [&](const std::string& text) { progress.Say("  " + text); });
   batch::ResultStore store =
       batch::OpenResults(arguments.out, plan, shard, arguments.anew, options.jobs);
+  fs::remove(page);  // of what the file had before; this run may not come to its end
   progress.Say(fmt::format("{}: {}{} trials{}, plan {}, {}", plan.title(),
                            plan.settings().precision > 0 ? "up to " : "", plan.trials(),
                            shard.count > 1 ? ", of which shard " + shard.Text() : "", plan.hash(),

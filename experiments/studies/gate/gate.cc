@@ -73,6 +73,9 @@ GateRun::GateRun(const Gate& gate, const std::optional<Baseline>& baseline) : ga
     most_ = std::max<int64_t>(most_, running.options.max_trials);
   }
   most_ *= std::ssize(running_);
+  std::vector<std::string> names;
+  for (const Condition& condition : gate.conditions) names.push_back(condition.name);
+  bundles_ = BundleNames(names);
 }
 
 bool GateRun::IsDone(const Running& condition) const {
@@ -204,7 +207,7 @@ ConditionReport GateRun::ReportOf(size_t condition) const {
                             .group = report.condition,
                             .why = NameOf(now.success() ? before.outcome : now.outcome) +
                                    std::string(never ? ", as none may end" : ""),
-                            .link = BundleName(report.condition, now.seed),
+                            .link = fmt::format("{}_{}", bundles_[condition], now.seed),
                             .trial_b = trial.trial});
   }
   report.interval_95 = statistics::WilsonInterval(report.successes, report.trials);
@@ -215,13 +218,18 @@ GateReport GateRun::Report() const {
   GateReport report{.description = gate_.plan.settings().description,
                     .build = system::BuildId(),
                     .baseline_build = baseline_build_,
-                    .alpha = gate_.settings.alpha,
-                    .beta = gate_.settings.beta,
                     .alpha_covers = gate_.settings.alpha_covers,
                     .assignments = gate_.assignments};
   for (size_t i = 0; i < running_.size(); ++i) {
     report.conditions.push_back(ReportOf(i));
     report.verdict = std::min(report.verdict, report.conditions.back().verdict);
+    // Bonferroni's bound, of what alpha covers.
+    const batch::JudgeOptions& options = running_[i].options;
+    const double tests = report.alpha_covers == AlphaCovers::kTest ? 1 : options.margins.tests();
+    const double alpha = tests * options.alpha;
+    report.alpha = report.alpha_covers == AlphaCovers::kGate ? report.alpha + alpha
+                                                             : std::max(report.alpha, alpha);
+    report.beta = std::max(report.beta, options.beta);
   }
   return report;
 }
@@ -249,13 +257,23 @@ batch::ResultStore OpenTrials(const std::string& file, const Gate& gate, bool an
                               const batch::JobOptions& jobs,
                               const std::function<void(const std::string&)>& say) {
   const batch::StoreHeader now = batch::HeaderOf(gate.plan, {}, kKind);
+  bool is_gates = false;
   if (std::filesystem::exists(file)) {
     const batch::StoreHeader before = batch::ResultStore::Read(file).header();
+    is_gates = before.kind == kKind;
     if (before.build != now.build || before.code != now.code) {
       anew = true;
       say(fmt::format("{}: has trials of another program ({}): begun anew", file, before.build));
     }
   }
+  try {
+    return batch::OpenResults(file, gate.plan, {}, anew, jobs, kKind);
+  } catch (const batch::OtherResults& other) {
+    if (!is_gates) throw;
+    if (!anew) throw ConfigError(fmt::format("{} (--anew: without its trials)", other.what()));
+  }
+  // The verdict is what counts: trials that the gate has no more are not missed.
+  std::filesystem::remove(file);
   return batch::OpenResults(file, gate.plan, {}, anew, jobs, kKind);
 }
 

@@ -49,7 +49,7 @@ struct GateReport {
   statistics::Verdict verdict = statistics::Verdict::kPass;  // the worst of the conditions'
   std::string description;
   std::string build, baseline_build;
-  double alpha = 0, beta = 0;
+  double alpha = 0, beta = 0;  // the most that its conditions, which may have their own, add up to
   AlphaCovers alpha_covers = AlphaCovers::kGate;
   std::vector<std::string> assignments;  // by --set: not the build as it is
   std::vector<ConditionReport> conditions = {};
@@ -107,6 +107,7 @@ class GateRun {
   const Gate& gate_;
   std::string baseline_build_;
   std::vector<Running> running_;                 // by condition
+  std::vector<std::string> bundles_;             // likewise: BundleNames
   int64_t asked_ = 0, taken_ = 0, most_ = 0;     // in turns: sample * conditions + condition
   std::map<int64_t, batch::StoredTrial> early_;  // by turn: results that others come before
   bool failed_at_once_ = false;
@@ -123,7 +124,7 @@ batch::ResultStore OpenTrials(const std::string& file, const Gate& gate, bool an
 GateReport ReportOfFile(const std::string& file, const Gate& gate, const Baseline& baseline);
 
 // Of kind "gate"; `beside` are other builds' reports on the same baseline, by name. Seeds that
-// changed are links to BundleName.
+// changed are links by their bundles' names.
 report::Report ReportOf(const GateReport& report,
                         const std::vector<std::pair<std::string, GateReport>>& beside = {});
 
@@ -131,7 +132,8 @@ report::Report ReportOf(const GateReport& report,
 // that is inconclusive an error.
 std::string Junit(const GateReport& report);
 
-// The folder in failures/ of a trial that is run again.
-std::string BundleName(const std::string& condition, int64_t seed);
+// What folders in failures/ are called by for each of these conditions, before the seed: all
+// different, also where a file's name knows no capitals.
+std::vector<std::string> BundleNames(const std::vector<std::string>& conditions);
 
 }  // namespace turbidock::gate

@@ -44,6 +44,18 @@ std::string TrialsFile(const GateArguments& arguments, const Gate& gate) {
   return arguments.out.empty() ? "" : arguments.out + "/trials.db";
 }
 
+// No verdict of an earlier run stays beside the trials of this one, which may not come to its end.
+void RemoveReport(const GateArguments& arguments) {
+  const fs::path out(arguments.out);
+  for (const char* file : {"report.html", "summary.json", "junit.xml", "summary.md"})
+    fs::remove(out / file);
+  std::error_code none;
+  std::vector<fs::path> bundles;
+  for (const auto& entry : fs::directory_iterator(arguments.failures(), none))
+    if (fs::exists(entry.path() / "resolved.yaml", none)) bundles.push_back(entry.path());
+  for (const fs::path& bundle : bundles) fs::remove_all(bundle);
+}
+
 // Runs it in worker processes and keeps its trials in a file, unless its name is empty.
 void RunTrials(const GateArguments& arguments, const Gate& gate, GateRun* run,
                command::Progress* progress) {
@@ -57,6 +69,7 @@ void RunTrials(const GateArguments& arguments, const Gate& gate, GateRun* run,
   std::optional<batch::ResultStore> store;
   if (const std::string file = TrialsFile(arguments, gate); !file.empty()) {
     store.emplace(OpenTrials(file, gate, arguments.anew, options.jobs, say));
+    if (!arguments.update) RemoveReport(arguments);
     if (const auto there = std::ssize(store->Done()); there > 0)
       say(fmt::format("{} trials are in {} already", there, file));
   }
@@ -82,30 +95,34 @@ int UpdateBaseline(const GateArguments& arguments, const Gate& gate, system::Out
   return command::kExitDone;
 }
 
-// What it takes to look into seeds that were lost, up to the number asked for: each runs once more,
-// with all files and, where there are cameras, a video, into failures/CONDITION_SEED/.
+// What it takes to look into a seed that was lost: it runs once more, with all files and, where
+// there are cameras, a video, into failures/CONDITION_SEED/.
+void WriteBundle(const GateArguments& arguments, const Gate& gate,
+                 const std::vector<batch::StoredTrial>& trials, const batch::Flip& flip,
+                 command::Progress* progress) {
+  const std::string bundle = arguments.failures() + "/" + flip.link;
+  const trial::Scenario scenario = gate.plan.ScenarioOf(gate.plan.Trial(*flip.trial_b));
+  const bool films = scenario.pose_source == trial::PoseSource::kCameras;
+  const trial::TrialResult again =
+      run::RunShownTrial(scenario, {.out = bundle, .video = films, .quiet = true});
+  if (command::StopSignal() != 0) throw batch::Stopped();
+  const std::string& digest =
+      std::ranges::find(trials, *flip.trial_b, &batch::StoredTrial::trial)->record.digest;
+  if (again.digest != digest)
+    throw SimulatorFault(fmt::format("{}: the trial does not repeat: digest {}, in the gate {}",
+                                     bundle, again.digest, digest));
+  progress->Say(fmt::format("  {}, seed {}: {}; in {}", flip.group, flip.seed, flip.why, bundle));
+}
+
+// Of as many seeds as asked for; what failed the gate at once comes first.
 void WriteBundles(const GateArguments& arguments, const Gate& gate, const GateRun& run,
                   const GateReport& report, command::Progress* progress) {
   int left = arguments.bundles;
-  for (size_t i = 0; i < report.conditions.size(); ++i)
-    for (const batch::Flip& flip : report.conditions[i].flips) {
-      if (flip.change == batch::FlipKind::kGained) continue;
-      if (left-- <= 0) return;
-      const std::string bundle = arguments.failures() + "/" + flip.link;
-      const trial::Scenario scenario = gate.plan.ScenarioOf(gate.plan.Trial(*flip.trial_b));
-      const bool films = scenario.pose_source == trial::PoseSource::kCameras;
-      const trial::TrialResult again =
-          run::RunShownTrial(scenario, {.out = bundle, .video = films, .quiet = true});
-      if (command::StopSignal() != 0) throw batch::Stopped();
-      const auto& trials = run.TrialsOf(i);
-      const std::string& digest =
-          std::ranges::find(trials, *flip.trial_b, &batch::StoredTrial::trial)->record.digest;
-      if (again.digest != digest)
-        throw SimulatorFault(fmt::format("{}: the trial does not repeat: digest {}, in the gate {}",
-                                         bundle, again.digest, digest));
-      progress->Say(
-          fmt::format("  {}, seed {}: {}; in {}", flip.group, flip.seed, flip.why, bundle));
-    }
+  for (const batch::FlipKind kind : {batch::FlipKind::kForbidden, batch::FlipKind::kLost})
+    for (size_t i = 0; i < report.conditions.size(); ++i)
+      for (const batch::Flip& flip : report.conditions[i].flips)
+        if (flip.change == kind && left-- > 0)
+          WriteBundle(arguments, gate, run.TrialsOf(i), flip, progress);
 }
 
 // What a seed that changed opens in the page: how to run it, unless a bundle takes its place.

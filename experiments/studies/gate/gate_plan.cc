@@ -27,6 +27,9 @@ void ReadSettings(const config::YamlNode& node, auto* settings, config::Origins*
     config::ReadValue(outcome, &settings->never.emplace_back());
     if (settings->never.back() == trial::Outcome::kSuccess)
       outcome.Fail("'success' is what a gate is for");
+    if (settings->never.back() == trial::Outcome::kHung ||
+        settings->never.back() == trial::Outcome::kCrashed)
+      outcome.Fail("a trial that hangs or crashes is no verdict: the gate ends with 4 in any case");
   }
 }
 

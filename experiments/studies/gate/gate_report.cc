@@ -4,6 +4,7 @@
 #include <boost/property_tree/ptree.hpp>
 #include <boost/property_tree/xml_parser.hpp>
 #include <cctype>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -133,11 +134,23 @@ Section BuildSection(const GateReport& report,
 
 }  // namespace
 
-std::string BundleName(const std::string& condition, int64_t seed) {
-  std::string name = condition;  // good for a file everywhere
-  std::ranges::replace_if(
-      name, [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); }, '_');
-  return fmt::format("{}_{}", name, seed);
+std::vector<std::string> BundleNames(const std::vector<std::string>& conditions) {
+  std::vector<std::string> names;
+  std::set<std::string> taken;
+  for (std::string name : conditions) {
+    // good for a file everywhere
+    std::ranges::replace_if(
+        name, [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); }, '_');
+    std::string free = name;
+    const auto small = [&free] {
+      std::string text = free;
+      std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
+      return text;
+    };
+    for (int i = 2; !taken.insert(small()).second; ++i) free = fmt::format("{}_{}", name, i);
+    names.push_back(free);
+  }
+  return names;
 }
 
 report::Report ReportOf(const GateReport& report,

@@ -1,5 +1,6 @@
 // A gate's files: baselines, reports in every form, and what is refused.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -229,6 +230,8 @@ TEST_F(GateFiles, BadGates) {
   EXPECT_THAT(refused_key("never: [colision]"), HasSubstr("collision"));
   EXPECT_THAT(refused_key("never: collision"), HasSubstr("must be a list of outcomes"));
   EXPECT_THAT(refused_key("never: [success]"), HasSubstr("'success' is what a gate is for"));
+  for (const char* outcome : {"hung", "crashed"})
+    EXPECT_THAT(refused_key(fmt::format("never: [{}]", outcome)), HasSubstr("ends with 4"));
   EXPECT_THAT(refused_key("max_trials: 21"), HasSubstr("more than the plan's 20 seeds"));
   EXPECT_THAT(refused_key("alpha: 0.6\n  beta: 0.4"),
               HasSubstr("alpha 0.6 and beta 0.4 must be below 1 together"));

@@ -42,11 +42,12 @@ class GateRepeat : public testing::OwnFolder {
     WriteGate(20);
   }
 
-  void WriteGate(int seeds, int master_seed = 1) {
+  void WriteGate(int seeds, int master_seed = 1,
+                 const std::string& cases = "{plain: {}, '10': {start.lateral_m: 0.03}}") {
     std::ofstream(File("gate.yaml"))
         << "schema_version: 1\nscenario: short.yaml\nseeds: " << seeds
-        << "\nmaster_seed: " << master_seed
-        << "\ncases: {plain: {}, '10': {start.lateral_m: 0.03}}\n"
+        << "\nmaster_seed: " << master_seed << "\ncases: " << cases
+        << "\n"
            "gate: {baseline: gate.baseline.yaml, alpha: 0.1, beta: 0.1,\n"
            "       margins: {success_rate: 0.5, time_s: 1}}\n";
   }
@@ -191,6 +192,14 @@ TEST_F(GateRepeat, TrialsOfAnotherGateAreRefusedAndOfAnotherProgramBegunAnew) {
     Measure({}, {}, &store);
   }
   EXPECT_EQ(stored({}), 2);
+  // Trials that the gate has no more are in nobody's way, but for a batch's file.
+  WriteGate(3);
+  EXPECT_THAT(MessageOf([&] { stored({}); }), HasSubstr("--anew"));
+  EXPECT_EQ(std::ssize(Open("trials.db", {}, /*anew=*/true).Done()), 0);
+  fill();
+  WriteGate(2, 1, "{renamed: {}, '10': {start.lateral_m: 0.03}}");
+  EXPECT_THAT(MessageOf([&] { stored({}); }), HasSubstr("(--anew: without its trials)"));
+  EXPECT_EQ(std::ssize(Open("trials.db", {}, /*anew=*/true).Done()), 0);
   std::ofstream(File("notes.db")) << "what I noted";
   EXPECT_THROW(Open("notes.db", {}), ConfigError);
 }

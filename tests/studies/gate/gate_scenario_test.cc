@@ -118,6 +118,17 @@ TEST_F(GateProgram, FailuresWithoutCamerasAreRunAgainWithoutVideo) {
   const fs::path bundle = bundles->path();
   EXPECT_GT(fs::file_size(bundle / "figure.png"), 100u);
   EXPECT_FALSE(fs::exists(bundle / "video.mp4"));
+
+  // A later run that gives no verdict leaves none of an earlier one; what is not its own stays.
+  std::ofstream(fs::path(out) / "failures" / "notes.txt") << "what I saw";
+  const ProgramEnd hung =
+      RunProgram({"gate", File("hung.yaml", "trial_time_limit_s: 0.1\n" + TextOf(gate)),
+                  "--workers", "2", "--out", out, "--anew", "--set", "clock.ticks_per_frame=1000"});
+  EXPECT_EQ(hung.exit_code, 4) << hung.err;
+  for (const char* name : {"report.html", "summary.json", "summary.md", "junit.xml"})
+    EXPECT_FALSE(fs::exists(fs::path(out) / name)) << name;
+  EXPECT_FALSE(fs::exists(bundle));
+  EXPECT_TRUE(fs::exists(fs::path(out) / "failures" / "notes.txt"));
 }
 
 // What would have no effect is refused, and nothing runs.

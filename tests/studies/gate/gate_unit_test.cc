@@ -254,5 +254,27 @@ TEST_F(GateVerdict, AlphaIsSharedByAllTestsOfAGateUnlessToldOtherwise) {
   EXPECT_DOUBLE_EQ(alpha("test"), 0.05);
 }
 
+TEST_F(GateVerdict, TheReportsAlphaCountsTheConditionsOwn) {
+  const auto said = [&](const std::string& covers, const std::string& own) {
+    const Gate gate = Load(kRough, "  alpha_covers: " + covers + "\n" + own);
+    const Build build = DocksAt(0.95);
+    const GateReport report = Judge(gate, Measure(gate, build), build);
+    return std::pair(report.alpha, report.beta);
+  };
+  const std::string own = "  conditions: {rough: {alpha: 0.2, beta: 0.3}}\n";
+  for (const char* covers : {"gate", "condition", "test"}) {
+    EXPECT_NEAR(said(covers, "").first, 0.05, 1e-12) << covers;
+    // Both conditions have as many tests.
+    EXPECT_NEAR(said(covers, own).first, std::string(covers) == "gate" ? 0.125 : 0.2, 1e-12);
+    EXPECT_EQ(said(covers, own).second, 0.3);
+  }
+}
+
+TEST(BundleNames, AreAllDifferentInAFolder) {
+  EXPECT_EQ(BundleNames({"night sea", "night/sea", "Night sea", "night_sea_2", "55 %", "pool"}),
+            (std::vector<std::string>{"night_sea", "night_sea_2", "Night_sea_3", "night_sea_2_2",
+                                      "55__", "pool"}));
+}
+
 }  // namespace
 }  // namespace turbidock::gate
