@@ -182,9 +182,9 @@ report::Report ReportOf(const GateReport& report,
 std::string Junit(const GateReport& report) {
   using boost::property_tree::ptree;
   const auto add = [](ptree* parent, const char* path,
-                      std::vector<std::pair<std::string, std::string>> attributes) {
+                      const std::vector<std::pair<std::string, std::string>>& attributes) {
     ptree& element = parent->add(path, "");
-    for (auto& [name, value] : attributes) {
+    for (auto [name, value] : attributes) {
       std::ranges::replace_if(
           value, [](unsigned char c) { return std::iscntrl(c); }, '?');  // XML has none
       element.put("<xmlattr>." + name, value);
