@@ -9,7 +9,7 @@ import pytest
 
 import turbidock
 from turbidock import _core
-from turbidock.logs import _log, _rotation, _task, identify
+from turbidock.logs import _log, _output_error, _rotation, _task, excitation, identify
 from turbidock.logs._output_error import moved, solve
 from turbidock.logs.motion import POSITION, QUATERNION, read_motion, write_motion
 
@@ -54,6 +54,17 @@ def test_the_plan_stays_in_the_pool_and_below_its_thrust(scenario, commands):
         assert np.ptp(commands[f"{name}_v"]) > 1, name
     with pytest.raises(turbidock.ConfigError, match="no block of 10 s stays in a pool"):
         identify.plan(scenario, duration_s=10, pool_m=(1e-6, 1e-6, 1e-6))
+
+
+def test_a_plan_says_how_far_its_buoyancy_may_carry_it(scenario, commands, tmp_path, capsys):
+    """Where it comes to with what pushes it: 13 v + 76 v^2 newtons at v."""
+    far_m, newton = excitation.drift(scenario, commands)
+    assert newton == pytest.approx(1.96 * 0.01 * 15 * 9.81)
+    speed = (-13 + np.sqrt(13**2 + 4 * 76 * newton)) / (2 * 76)
+    assert far_m == pytest.approx(speed * commands["time_s"][-1], rel=0.15)
+    assert identify.main(["plan", "--duration", "10", "--pool", "4", "3", "0.5", "--scenario", "pool_active",
+                          "--out", str(tmp_path / "plan.csv")]) == 0
+    assert "it may rise or sink by" in capsys.readouterr().out
 
 
 def test_planted_parameters_are_found_again(simulated):
@@ -153,6 +164,29 @@ def test_measurements_beyond_twenty_a_second_are_averaged(scenario, commands):
     slow = logs.log_of(scenario, {}, commands, rng)
     kept = np.isfinite(slow["vehicle_x_m"]).sum()
     assert len(_log.Log(slow, scenario).sensor("position").time_s) == kept
+
+
+def test_windows_disagree_where_they_ask_for_other_parameters():
+    """Ten of white noise for three parameters: a standard normal by its test's mean and deviation, less than 3.1 where the noise
+    hangs together over rows, many where each has parameters of its own."""
+    rng = np.random.default_rng(3)
+
+    def windows(apart, rows):
+        noise = rng.standard_normal((10, 300 // rows, 1)).repeat(rows, axis=1)
+        by_z = rng.standard_normal((10, 300 // rows, 3)).repeat(rows, axis=1)
+        state, nowhere = np.zeros(13), np.zeros((300, 12))
+        parts = [_output_error.Part(None, None, state + (np.arange(13) == 3)) for _ in range(10)]
+        off = noise[..., 0] + np.einsum("wnk,wk->wn", by_z, apart * rng.standard_normal((10, 3)))
+        step = -np.linalg.lstsq(by_z.reshape(-1, 3), off.ravel(), rcond=None)[0]
+        off = off + by_z @ step
+        linear = [_output_error.Linear(r, z, nowhere, {"position": r[:, None]}, {"position": np.ones(300)}, 0)
+                  for r, z in zip(off, by_z)]
+        return _output_error.disagreement(linear, _output_error.reduce(linear, parts, [part.state for part in parts]))
+
+    white = np.array([windows(0, 1) for _ in range(100)])
+    assert abs(white.mean()) < 0.35 and 0.75 < white.std() < 1.25
+    assert np.mean([windows(0, 10) for _ in range(20)]) < 1
+    assert windows(0.3, 1) > 20
 
 
 def test_the_vehicles_file_is_what_was_found(simulated, tmp_path):

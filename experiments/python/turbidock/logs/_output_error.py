@@ -28,6 +28,7 @@ FREE = 12  # of a window's state: position in W, turn in B, velocity, turn rate
 FREE_STD = np.array([3.0] * 3 + [0.3] * 3 + [0.5] * 3 + [0.5] * 3)  # about the first guess: next to nothing is known
 STEP = np.array([1e-4] * FREE)
 STEP_Z = 1e-3
+LEVER = ("lever.ahead", "lever.left", "lever.above")
 SUSPECT, IMPOSSIBLE = 2.5, 6.0  # standard deviations
 MOST = 0.5  # of a window that may be impossible
 LEADS_ON, CONVERGED = 3.0, 0.1  # gain of the cost, in variances, by old slopes and by fresh ones
@@ -74,8 +75,8 @@ class Problem:
                  workers: int) -> None:
         self.logs, self.scenarios, self.parameters, self.workers = list(logs), list(scenarios), list(parameters), workers
         self.index = {parameter.name: i for i, parameter in enumerate(self.parameters)}
-        # Those that change the plant, not the log's clock.
-        self.physical = [i for i, parameter in enumerate(self.parameters) if parameter.group() != "delay"]
+        # Those that change the plant, not the log's clock or point.
+        self.physical = [i for i, parameter in enumerate(self.parameters) if not parameter.name.startswith(("delay.", "lever."))]
         self.vehicles = [plain_vehicle(scenario) for scenario in self.scenarios]
         self.std = {sensor.kind: float(np.median([log_sensor.std for log in logs for log_sensor in log.sensors
                                                   if log_sensor.kind == sensor.kind]))
@@ -107,6 +108,7 @@ class Problem:
             models: Sequence[Numbers], coarse: bool) -> list[dict[str, Numbers]]:
         """States at the measurements of each flight (model, part, state at the beginning), by sensor."""
         found: list[dict[str, Numbers]] = [{} for _ in flights]
+        values = [self.values(model) for model in models]
         for log in self.logs:
             mine = [i for i, (_, part, _) in enumerate(flights) if parts[part].log is log]
             if not mine:
@@ -131,6 +133,9 @@ class Problem:
                 unsorted = np.empty_like(simulated)
                 unsorted[order] = simulated
                 found[i] = {sensor.kind: unsorted[edges[k]:edges[k + 1]] for k, sensor in enumerate(log.sensors)}
+                lever = np.array([values[flights[i][0]].get(name, 0.0) for name in LEVER])
+                if lever.any() and "position" in found[i]:
+                    found[i]["position"][:, :3] += rotated(found[i]["position"][:, 3:7], lever)
         return found
 
     def slopes(self, parts: Sequence[Part], z: Numbers, with_z: bool = True) -> list[Slopes]:
@@ -168,6 +173,10 @@ class Problem:
             for at, simulated in zip(self.physical, by_z):
                 told[:, at] = (errors(kind, simulated[kind], measured) - off).ravel() / STEP_Z
             self._by_delay(sensor, rows, base[kind], told)
+            for axis, name in enumerate(LEVER if kind == "position" else ()):
+                if name in self.index:
+                    along = rotated(base[kind][:, 3:7], np.broadcast_to(np.eye(3)[axis], (len(rows), 3)))
+                    told[:, self.index[name]] = self.parameters[self.index[name]].std * along.ravel()
             found[kind] = (told, change)
         return found
 
@@ -344,6 +353,24 @@ def noise(problem: Problem, linear: Sequence[Linear], parts: Sequence[Part]) -> 
         # A normal error is within SUSPECT of the mean of its components often enough to count as all of them.
         found[kind] = np.sqrt(squares / max(count - fitted, 0.25 * count)) if count else before
     return found
+
+
+def disagreement(linear: Sequence[Linear], reduced: Reduced) -> float:
+    """By how many standard deviations the windows' pulls at the parameters differ more than by the noise that is left, as it hangs
+    together from row to row (Cochran's test of means, Biometrics 10, 1954)."""
+    if len(linear) < 2:
+        return 0.0
+    rows = correlation_time(linear)
+    whole = np.linalg.inv(np.linalg.cholesky(reduced.information + np.eye(len(reduced.information))))
+    found = mean = variance = 0.0
+    for one, (inner, cross, force) in zip(linear, reduced.windows):
+        solved = np.linalg.solve(inner, np.column_stack([cross, force]))
+        share = whole @ (one.by_z.T @ one.by_z - cross.T @ solved[:, :-1]) @ whole.T
+        free = share - share @ share
+        found += float(((whole @ (one.by_z.T @ one.residual - cross.T @ solved[:, -1]))**2).sum()) / rows
+        mean += float(np.trace(free))
+        variance += 2 * float((free * free.T).sum())
+    return float((found - mean) / np.sqrt(variance))
 
 
 def correlation_time(linear: Sequence[Linear]) -> float:

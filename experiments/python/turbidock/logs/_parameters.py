@@ -4,7 +4,7 @@ scenario."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Mapping
+from typing import Any, Collection, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,10 @@ from ..scenario import Scenario
 Numbers = npt.NDArray[np.float64]
 
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+# What logs often have besides, and how a fit is asked for it.
+FINDS = {"current": "a steady current (--water steady)", "lever_arm": "poses of another point than B (--find lever_arm)",
+         "couplings": "added mass off the diagonal (--find couplings)"}
+COUPLINGS = ((0, 4), (1, 3), (1, 5), (2, 4))  # those of a hull that is alike on both sides, or nearly
 GRAVITY_MPS2 = 9.81
 
 
@@ -41,58 +45,60 @@ class Parameter:
             least, most = ((bound - self.before) / self.std for bound in (self.at_least, self.at_most))
         return float(least), float(most)
 
-    def group(self) -> str:
-        return self.name.split(".")[0]
-
     def axis(self) -> str:
         """The motion that tells it."""
         last = self.name.rsplit(".", 1)[-1]
         return last if last in AXES else ""
 
 
-def _float(value: Any) -> float:
-    return float(value)
-
-
-def parameters_of(scenario: Scenario, *, thrust_std: float = 0, water: str = "still", onboard: bool = False
+def parameters_of(scenario: Scenario, *, thrust_std: float = 0, find: Collection[str] = (), onboard: bool = False
                   ) -> list[Parameter]:
     """Those of the scenario's vehicle; their values before are `vehicle`'s. `thrust_std`: relative, of all thrust together,
-    which no log of motion alone tells. `onboard`: the log has motion by sensors on the commands' clock besides poses."""
+    which no log of motion alone tells. `find`: of FINDS. `onboard`: the log has motion by sensors on the commands' clock
+    besides poses."""
     vehicle = plain_vehicle(scenario)
     hydro, thrusters, body = vehicle["hydrodynamics"], vehicle["thrusters"], vehicle["rigid_body"]
-    mass = _float(body["mass_kg"])
-    inertia = [mass] * 3 + [_float(x) for x in body["inertia_kg_m2"]]
+    mass = float(body["mass_kg"])
+    inertia = [mass] * 3 + [float(x) for x in body["inertia_kg_m2"]]
     found = []
     for group, units, std in (("added_mass", ("kg", "kg m^2"), 0.5), ("linear_damping", ("N s/m", "N m s"), 0.7),
                               ("quadratic_damping", ("N s^2/m^2", "N m s^2"), 0.7)):
         for axis, before, inert in zip(AXES, hydro[group + "_diagonal"], inertia):
             unit = units[AXES.index(axis) >= 3]
             if before > 0:
-                found.append(Parameter(f"{group}.{axis}", unit, _float(before), std))
+                found.append(Parameter(f"{group}.{axis}", unit, float(before), std))
             else:  # a quarter of the inertia a second, or of twice that a metre
                 found.append(Parameter(f"{group}.{axis}", unit, 0, 0.25 * inert * (2 if group[0] == "q" else 1), False, 0))
     found.append(Parameter("trim.buoyancy", "N", buoyancy_newton(vehicle), 0.01 * mass * GRAVITY_MPS2, False))
     offset = np.array(hydro["p_BBcb_m"]) - np.array(body["p_BBcm_m"])
-    found.append(Parameter("trim.centre_ahead", "m", _float(offset[0]), 0.005, False))
-    found.append(Parameter("trim.centre_left", "m", _float(offset[1]), 0.005, False))
-    found.append(Parameter("trim.centre_above", "m", _float(offset[2]), 0.5) if offset[2] > 0 else
-                 Parameter("trim.centre_above", "m", _float(offset[2]), 0.02, False))
+    found += [Parameter(f"trim.centre_{way}", "m", float(offset[i]), 0.005, False) for i, way in enumerate(("ahead", "left"))]
+    found.append(Parameter("trim.centre_above", "m", float(offset[2]), 0.5) if offset[2] > 0 else
+                 Parameter("trim.centre_above", "m", float(offset[2]), 0.02, False))
     if thrust_std > 0:
         found.append(Parameter("thrust.scale", "", 1, thrust_std))
     found.append(Parameter("thrust.reverse", "", 1, 0.1))
     if not len(thrusters["table_volts"]):
-        found.append(Parameter("thrust.dead_band", "V", _float(thrusters["dead_band_volts"]), 0.3, True, 0, 2.4))
-        found.append(Parameter("thrust.exponent", "", _float(thrusters["curve_exponent"]), 0.2, True, 0.5, 4))
+        found += [Parameter("thrust.dead_band", "V", float(thrusters["dead_band_volts"]), 0.3, True, 0, 2.4),
+                  Parameter("thrust.exponent", "", float(thrusters["curve_exponent"]), 0.2, True, 0.5, 4)]
     for name, unit, key in (("lag", "s", "lag_s"), ("inflow_loss", "s/m", "inflow_loss_s_per_m")):
         if thrusters[key] > 0:
-            found.append(Parameter("thrust." + name, unit, _float(thrusters[key]), 0.5, True, 0, 10))
-    found.append(Parameter("delay.pose", "s", 0, 0.1, False))
-    found.append(Parameter("delay.drift", "s/s", 0, 1e-4, False))
+            found.append(Parameter("thrust." + name, unit, float(thrusters[key]), 0.5, True, 0, 10))
+    found += [Parameter("delay.pose", "s", 0, 0.1, False), Parameter("delay.drift", "s/s", 0, 1e-4, False)]
     if onboard:
         found.append(Parameter("delay.onboard", "s", 0, 0.1, False))
-    if water == "steady":
-        found += [Parameter(f"water.{axis}", "m/s", 0, 0.05, False) for axis in "xy"]
-    return [parameter for parameter in found if parameter.before != 0 or not parameter.scale]
+    return [parameter for parameter in found if parameter.before != 0 or not parameter.scale] + [
+        parameter for name in find for parameter in parameters_to_find(name, hydro["added_mass_diagonal"])]
+
+
+def parameters_to_find(name: str, added_mass: Sequence[float]) -> list[Parameter]:
+    """Of one of FINDS."""
+    if name == "current":
+        return [Parameter(f"water.{axis}", "m/s", 0, 0.05, False) for axis in "xy"]
+    if name == "lever_arm":  # of the point in B
+        return [Parameter(f"lever.{axis}", "m", 0, 0.1, False) for axis in ("ahead", "left", "above")]
+    most = [float(np.sqrt(added_mass[i] * added_mass[j])) for i, j in COUPLINGS]
+    return [Parameter(f"added_mass.{AXES[i]}_{AXES[j]}", "kg m", 0, 0.25 * bound, False, -0.7 * bound, 0.7 * bound)
+            for (i, j), bound in zip(COUPLINGS, most) if bound > 0]
 
 
 def plain_vehicle(scenario: Scenario) -> dict[str, Any]:
@@ -124,6 +130,10 @@ def data_of(vehicle: Mapping[str, Any], values: Mapping[str, float]) -> dict[str
     for group in ("added_mass", "linear_damping", "quadratic_damping"):
         data[f"hydrodynamics.{group}_diagonal"] = [
             values.get(f"{group}.{axis}", float(before)) for axis, before in zip(AXES, hydro[group + "_diagonal"])]
+    coupled = [{"row": AXES[row], "column": AXES[column], "value": values[f"added_mass.{AXES[i]}_{AXES[j]}"]}
+               for i, j in COUPLINGS if f"added_mass.{AXES[i]}_{AXES[j]}" in values for row, column in ((i, j), (j, i))]
+    if coupled:
+        data["hydrodynamics.added_mass_coupling"] = coupled
     loads = vehicle["loads"]
     mass = body["mass_kg"] + sum(load["mass_kg"] for load in loads)
     lifted = values.get("trim.buoyancy", buoyancy_newton(vehicle)) / GRAVITY_MPS2 + mass

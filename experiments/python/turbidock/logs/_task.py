@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from typing import Mapping, Sequence, Union
+from typing import Collection, Mapping, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ from .. import _core
 from ..scenario import Path, Scenario, scenario_of
 from ._log import Log, Window, errors
 from ._output_error import Part, Problem
-from ._parameters import parameters_of, still
+from ._parameters import FINDS, Parameter, parameters_of, still
 from .motion import WATER, read_motion
 
 MotionLike = Union[Path, Mapping[str, npt.ArrayLike]]
@@ -28,12 +28,15 @@ class Task:
     """Logs made ready."""
 
     def __init__(self, logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, water: str, thrust_std: float,
-                 workers: int | None) -> None:
+                 workers: int | None, find: Collection[str] = ()) -> None:
         given = [logs] if isinstance(logs, (str, os.PathLike, Mapping)) else list(logs)
         if not given:
             raise ValueError("no log")
         if water not in ("still", "steady"):
             raise ValueError(f"water must be still or steady, not {water!r}")
+        if not set(find) <= set(FINDS):
+            raise ValueError(f"find must be of {', '.join(FINDS)}, not {', '.join(find)}")
+        self.find = [name for name in FINDS if name in find or name == "current" and water == "steady"]
         if workers is not None and workers < 1 or thrust_std < 0:
             raise _core.ConfigError("workers must be at least 1, thrust_std at least 0")
         self.scenario = scenario_of(scenario)
@@ -46,7 +49,7 @@ class Task:
         onboard = any(sensor.delay == "delay.onboard" for log in self.logs for sensor in log.sensors)
         posed = any(sensor.delay == "delay.pose" for log in self.logs for sensor in log.sensors)
         self.parameters = [parameter for parameter in
-                           parameters_of(self.scenario, thrust_std=thrust_std, water=water, onboard=onboard)
+                           parameters_of(self.scenario, thrust_std=thrust_std, find=self.find, onboard=onboard)
                            if posed or parameter.name not in ("delay.pose", "delay.drift")]
         for log, made in zip(self.logs, scenarios):
             self._align(log, made, workers or 1)
@@ -58,7 +61,7 @@ class Task:
         vehicle as it is known before predicts best, each window from its measured beginning."""
         problem = Problem([log], [scenario], [], workers)
         costs = {}
-        for offset in np.round(np.arange(-FARTHEST_S, FARTHEST_S + 1e-9, 0.1), 1):
+        for offset in np.round(np.arange(-FARTHEST_S, FARTHEST_S + 1e-9, 0.2), 1):
             log.set_offset(float(offset))
             cost = _cost_before(problem, log, WINDOW_S)
             if np.isfinite(cost):
@@ -93,6 +96,16 @@ class Task:
                                          [log.table[column][there] for column in WATER]),
                    delimiter=",", header="time_s," + ",".join(WATER), comments="", fmt="%.17g")
         return name
+
+    def own_noise(self, kind: str) -> float:
+        """Of a kind of sensor, by the logs' own third differences."""
+        return float(np.median([sensor.std for log in self.logs for sensor in log.sensors if sensor.kind == kind]))
+
+    def with_more(self, parameters: Sequence[Parameter]) -> Problem:
+        """The problem with these parameters besides."""
+        made = Problem(self.logs, self.problem.scenarios, [*self.parameters, *parameters], self.problem.workers)
+        made.std, made.reject, made.coarse = self.problem.std, self.problem.reject, True
+        return made
 
     def parts(self, held_out: float) -> list[Part]:
         """Windows of all but the last share of each log."""

@@ -60,8 +60,7 @@ KNOWN: Mapping[str, Sequence[tuple[Sequence[str], Sequence[str]]]] = {
     "odometry": ((("pose.pose.position", "pose.position", "transform.translation"), POSITION),
                  (("pose.pose.orientation", "pose.orientation", "transform.rotation"), QUATERNION),
                  (("twist.twist.linear",), VELOCITY), (("twist.twist.angular",), TURN_RATE)),
-    "imu": ((("orientation",), QUATERNION), (("angular_velocity",), TURN_RATE)),
-    "depth": ((("data", "depth"), DEPTH),),
+    "imu": ((("orientation",), QUATERNION), (("angular_velocity",), TURN_RATE)), "depth": ((("data", "depth"), DEPTH),),
     "dvl": ((("twist.twist.linear", "twist.linear", "vector", "velocity"), VELOCITY),),
     "commands": ((("data", "channels"), ()),)}
 # Of axes to the right and down.

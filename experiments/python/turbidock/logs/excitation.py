@@ -7,7 +7,7 @@ and prior comes next, until the time is full or none stays in the pool."""
 
 from __future__ import annotations
 
-from typing import Any, Iterator
+from typing import Any, Iterator, Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -16,14 +16,14 @@ from .. import _core
 from ..scenario import Path, Scenario, scenario_of
 from ._log import Log
 from ._output_error import Part, Problem, reduce
-from ._parameters import Parameter, buoyancy_newton, parameters_of, plain_vehicle, still
+from ._parameters import Parameter, buoyancy_newton, parameters_of, plain_vehicle, scenario_with, still
+from .motion import POSITION, QUATERNION
 
 Numbers = npt.NDArray[np.float64]
 
 BLOCK_S = 10.0
 COAST_S = 2.0  # at its end, at neutral
 COMMANDS_HZ = 10  # as logs have them: what changes between two logged commands is lost to identify
-POSES_HZ = 10
 AXES = ("surge_newton", "sway_newton", "heave_newton", "yaw_newton_m")
 POSITION_STD_M, ATTITUDE_STD_RAD = 0.005, 0.0087
 
@@ -44,24 +44,31 @@ def plan(scenario: Scenario | Path, *, duration_s: float = 60, pool_m: tuple[flo
     kept = [i for i, states in enumerate(simulated) if (np.abs(states[:, :3] - states[0, :3]) < room).all()]
     if not kept:
         raise _core.ConfigError(f"no block of {BLOCK_S:g} s stays in a pool of {pool_m[0]:g} x {pool_m[1]:g} x {pool_m[2]:g} m")
-    known: dict[int, Numbers] = {}
-    for i in kept:  # a block and its mirror image tell the same
-        mirror = i - i % 2
-        if mirror not in known:
-            known[mirror] = _information(made, parameters, blocks[mirror], simulated[mirror], workers)
-    told = {i: known[i - i % 2] for i in kept}
+    # A block and its mirror image tell the same.
+    known = {i: _information(made, parameters, blocks[i], simulated[i], workers) for i in sorted({i - i % 2 for i in kept})}
     chosen = np.zeros((0, 4))
     total = np.eye(len(parameters))
     for _ in range(int(duration_s / BLOCK_S)):
-        gains = sorted(kept, key=lambda i: -float(np.linalg.slogdet(total + told[i])[1]))
+        gains = sorted(kept, key=lambda i: -float(np.linalg.slogdet(total + known[i - i % 2])[1]))
         for i in gains:
             states = _fly(made, np.concatenate([chosen, blocks[i]]))
             if (np.abs(states[:, :3] - states[0, :3]) < room).all():
-                chosen, total = np.concatenate([chosen, blocks[i]]), total + told[i]
+                chosen, total = np.concatenate([chosen, blocks[i]]), total + known[i - i % 2]
                 break
         else:
             break
     return _table(made, chosen)
+
+
+def drift(scenario: Scenario | Path, commands: Mapping[str, Numbers]) -> tuple[float, float]:
+    """How far a plan may leave its depth, m, as the vehicle's buoyancy is known to so many newtons (95 %)."""
+    made = still(scenario_of(scenario))
+    buoyancy = next(parameter for parameter in parameters_of(made) if parameter.name == "trim.buoyancy")
+    models = [scenario_with(made, {buoyancy.name: buoyancy.value(z)}) for z in (-1.96, 0, 1.96)]
+    zeros = np.zeros(3, np.int64)
+    ends = _core.predict([model._cpp for model in models], dict(commands), np.zeros(1), [commands["time_s"][-1:]], np.arange(3),
+                         zeros, np.repeat(_begin(), 3, axis=0), 1)
+    return max(abs(float(end[0, 2] - ends[1][0, 2])) for end in ends), 1.96 * buoyancy.std
 
 
 def _table(scenario: Scenario, demands: Numbers) -> dict[str, Numbers]:
@@ -118,35 +125,20 @@ def _begin() -> Numbers:
 
 
 def _fly(scenario: Scenario, demands: Numbers) -> Numbers:
-    """States at POSES_HZ of the vehicle from rest, trimmed."""
-    times = np.arange(0, len(demands) / COMMANDS_HZ, 1 / POSES_HZ)
+    """States at COMMANDS_HZ of the vehicle from rest, trimmed."""
+    times = np.arange(0, len(demands) / COMMANDS_HZ, 1 / COMMANDS_HZ)
     none = np.zeros(1, np.int64)
     return _core.predict([scenario._cpp], _table(scenario, demands), np.zeros(1), [times], none, none, _begin(), 1)[0]
 
 
 def _information(scenario: Scenario, parameters: list[Parameter], demands: Numbers, states: Numbers, workers: int) -> Any:
     """Of a block, by the parameters' z."""
-    time_s = np.arange(len(states)) / POSES_HZ
-    names = ("vehicle_x_m", "vehicle_y_m", "vehicle_z_m", "vehicle_qw", "vehicle_qx", "vehicle_qy", "vehicle_qz")
-    volts = _table(scenario, demands)
-    joined = np.union1d(np.round(time_s, 9), np.round(volts["time_s"], 9))
-    motion: dict[str, Any] = {"time_s": joined}
-    for name, column in volts.items():
-        if name != "time_s":
-            motion[name] = _at(joined, volts["time_s"], column)
-    for i, name in enumerate(names):
-        motion[name] = _at(joined, time_s, states[:, i])
+    motion = _table(scenario, demands) | dict(zip(POSITION + QUATERNION, states[:, :7].T))
     log = Log(motion, scenario, "block")
     problem = Problem([log], [scenario], parameters, workers)
     problem.std = {"position": POSITION_STD_M, "attitude": ATTITUDE_STD_RAD}
-    window = log.window(0.0, float(time_s[-1]) + 1e-6, 0.0)
+    window = log.window(0.0, float(motion["time_s"][-1]) + 1e-6, 0.0)
     assert window is not None
     parts = [Part(log, window, _begin()[0])]
     z = np.zeros(len(parameters))
     return reduce(problem.linear(parts, z, problem.slopes(parts, z)), parts, [parts[0].state]).information
-
-
-def _at(joined: Numbers, times: Numbers, values: Numbers) -> Numbers:
-    made = np.full(len(joined), np.nan)
-    made[np.searchsorted(joined, np.round(times, 9))] = values
-    return made

@@ -20,7 +20,7 @@ import datetime
 import os
 import sys
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Iterable, Sequence
+from typing import TYPE_CHECKING, Any, Collection, Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -28,12 +28,14 @@ import numpy.typing as npt
 from .. import _core
 from ..scenario import Path, Scenario, scenario_of
 from ._log import errors
-from ._output_error import (LEADS_ON, Linear, Numbers, Part, Problem, Reduced, correlation_time, noise, reduce, share_of_noise,
-                            solve)
-from ._parameters import Parameter, data_of, plain_vehicle
-from ._rotation import angles_of, product, rotated, turned
+from ._output_error import (LEADS_ON, Linear, Numbers, Part, Reduced, correlation_time, disagreement, noise, reduce,
+                            share_of_noise, solve)
+from ._parameters import AXES, FINDS, Parameter, data_of, parameters_to_find, plain_vehicle
+from ._rotation import angles_of, product, turned
 from ._task import BEFORE_S, WINDOW_S, MotionLike, Task, fitted
 from ._vehicle_file import vehicle_yaml
+from .excitation import drift, plan
+from .motion import write_motion
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -42,7 +44,7 @@ if TYPE_CHECKING:
 TOLD = 0.5  # of what was known before: what a log leaves more uncertain than that is not told by it
 FROM_NOISE = 0.1  # of its information: what seems to be told by no more than the measurements' noise is not told
 CORRELATED = 0.9
-MOST_LEFT, MOST_ROWS = 1.5, 3.0  # of a fit that is believed: residuals by the noise, rows over which they hang together
+SURE = 3.1  # standard deviations: of a thousand tests one is beyond by chance
 LEAD_S = 4.0  # of a held-out window, from which its state is known
 AHEAD_S = 5.0  # of its prediction
 UNITS = {"position": "x, y, z [m]", "attitude": "roll, pitch, yaw [rad]", "velocity": "surge, sway, heave [m/s]",
@@ -78,16 +80,12 @@ class Information:
         """What to fly besides, a line each."""
         dark = [parameter for parameter, told in zip(self.parameters, self.told()) if not told]
         lines = []
-        by_axis: dict[str, list[str]] = {}
-        for parameter in dark:
-            if parameter.axis():
-                by_axis.setdefault(parameter.axis(), []).append(parameter.name.split(".")[0].replace("_", " "))
-        for axis, groups in by_axis.items():
-            how = ("steps to full thrust and back, then a coast" if groups == ["quadratic damping"] else
+        for axis in AXES:
+            groups = [parameter.name.split(".")[0].replace("_", " ") for parameter in dark if parameter.axis() == axis]
+            how = ("hard stops and turns that tilt it, or thrusters that do" if axis in ("roll", "pitch") else
+                   "steps to full thrust and back, then a coast" if groups == ["quadratic damping"] else
                    "slow and fast motion to and fro, then a coast")
-            if axis in ("roll", "pitch"):
-                how = "hard stops and turns that tilt it, or thrusters that do"
-            lines.append(f"{axis}: {how} ({', '.join(groups)})")
+            lines += [f"{axis}: {how} ({', '.join(groups)})"] if groups else []
         others = {"trim.": "hover with the thrusters off, for seconds (trim)",
                   "thrust.reverse": "the same motion ahead and back (reverse thrust)",
                   "thrust.dead_band": "commands around neutral that hardly move it (dead band)",
@@ -95,10 +93,7 @@ class Information:
                   "thrust.lag": "quick reversals, logged at 10 Hz or more (thrusters' lag)",
                   "thrust.inflow": "full speed against thrust astern (loss with inflow)",
                   "thrust.scale": "none: pull it once with a spring balance (thrust)"}
-        for begin, line in others.items():
-            if any(parameter.name.startswith(begin) for parameter in dark):
-                lines.append(line)
-        return lines
+        return lines + [line for begin, line in others.items() if any(parameter.name.startswith(begin) for parameter in dark)]
 
     def __str__(self) -> str:
         lines = [f"{self.windows} windows of {self.duration_s:.0f} s of motion", *self.notes, ""]
@@ -218,10 +213,10 @@ class Fit:
         return "\n".join(lines + (["", "To tell the rest, fly besides:"] + [f"  {line}" for line in advice] if advice else []))
 
 
-def inform(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, water: str = "still",
+def inform(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, water: str = "still", find: Collection[str] = (),
            thrust_std: float = 0, workers: int | None = None) -> Information:
     """What the logs can tell of the scenario's vehicle, before any fit: by the Fisher information at what is known of it."""
-    task = Task(logs, scenario, water, thrust_std, workers)
+    task = Task(logs, scenario, water, thrust_std, workers, find)
     parts = task.parts(0)
     z = np.zeros(len(task.parameters))
     _, reduced, _ = solve(task.problem, parts, z, with_z=False, most=6)
@@ -229,82 +224,70 @@ def inform(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *
     return _information(task, parts, z, (reduce(linear, parts, [part.state for part in parts]), linear), 1)
 
 
-def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, water: str = "still", thrust_std: float = 0,
-        held_out: float = 0.2, workers: int | None = None) -> Fit:
-    """The parameters of the scenario's vehicle that explain the logs, from what the scenario says of it as a start and as a
-    prior. `water`: it is "still", or "steady" as a current that is found too; where the logs measured it, it is theirs.
-    `held_out`: the share of each log, its end, that is predicted and not fitted."""
-    task = Task(logs, scenario, water, thrust_std, workers)
+def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, water: str = "still", find: Collection[str] = (),
+        thrust_std: float = 0, held_out: float = 0.2, workers: int | None = None) -> Fit:
+    """The parameters of the scenario's vehicle that explain the logs, from what the scenario says of it as a start and a prior.
+    `water`: it is "still", or "steady" as a current that is found too; where the logs measured it, it is theirs. `find`: what else
+    is found, of "lever_arm", "couplings". `held_out`: the share of each log, its end, that is predicted and not fitted."""
+    task = Task(logs, scenario, water, thrust_std, workers, find)
     problem, parts = task.problem, task.parts(held_out)
     z = np.zeros(len(task.parameters))
     problem.coarse = True
-    z, reduced, linear = solve(problem, parts, z, enough=LEADS_ON)
-    for _ in range(2):
+    for most in (8, 3):
+        z, reduced, linear = solve(problem, parts, z, most=most, enough=LEADS_ON)
         problem.std = noise(problem, linear, parts)
         problem.reject = True
-        z, reduced, linear = solve(problem, parts, z, most=8)
-    problem.coarse = False
-    problem.std = noise(problem, linear, parts)
-    z, reduced, linear = solve(problem, parts, z, most=4)
+    if believed := disagreement(linear, reduced) < SURE:
+        z, reduced, linear = solve(problem, parts, z, most=3, enough=LEADS_ON)
+        problem.coarse, problem.std = False, noise(problem, linear, parts)
+        z, reduced, linear = solve(problem, parts, z, most=6)
     while True:  # what is not told stands at its value before, and the rest is fitted to that
-        rows = correlation_time(linear)
-        known = _information(task, parts, z, (reduced, linear), rows)
-        moved = ~np.array(known.told()) & (z != 0)
+        known = _information(task, parts, z, (reduced, linear), correlation_time(linear))
+        moved = ~np.array(known.told()) & ~problem.held & (z != 0)
         problem.held |= moved
-        if not moved.any():
-            break
-        z, reduced, linear = solve(problem, parts, np.where(problem.held, 0, z), most=2)
         z = np.where(problem.held, 0, z)
+        if not moved.any() or not believed:
+            break
+        z, reduced, linear = solve(problem, parts, z, most=2)
+    apart = disagreement(linear, reduced)
+    doubt = "" if believed and apart < SURE else _doubt(task, parts, z, linear, apart)
     weights = np.concatenate([weight for one in linear for weight in one.weight.values()])
-    return Fit(task.scenario, task.parameters, z, known, problem.std, rows,
-               float((weights == 0).mean()), _validate(task, z, held_out), task.source(),
+    return Fit(task.scenario, task.parameters, z, known, problem.std, correlation_time(linear),
+               float((weights == 0).mean()), {} if doubt else _validate(task, z, held_out), task.source(),
                {kind: np.concatenate([one.raw[kind] for one in linear if kind in one.raw]) for kind in problem.std},
                {kind: _compared(kind, parts, linear) for kind in problem.std},
-               [max((sensor.offset_s for sensor in log.sensors), key=abs) for log in task.logs], _doubt(task, parts, z, rows))
+               [max((sensor.offset_s for sensor in log.sensors), key=abs) for log in task.logs], doubt)
 
 
-def _doubt(task: Task, parts: list[Part], z: Numbers, rows: float) -> str:
-    """Why a fit is not to be believed: what it leaves is more than the log's own noise, and hangs together; and what of the usual
-    lacks would explain most of it."""
-    ratio = {kind: std / np.median([s.std for log in task.logs for s in log.sensors if s.kind == kind])
-             for kind, std in task.problem.std.items()}
-    worst = max(ratio, key=lambda kind: ratio[kind])
-    if ratio[worst] < MOST_LEFT and rows < MOST_ROWS:
-        return ""
-    return (f"what is left of {worst} is {ratio[worst]:.1f} times the log's own noise and hangs together over {rows:.1f} rows: the "
-            f"model lacks something{_offer(task, parts, z)}")
+def _doubt(task: Task, parts: list[Part], z: Numbers, linear: Sequence[Linear], apart: float) -> str:
+    """Why a fit is not to be believed, and what of the usual lacks explains it."""
+    ratio, worst = max((std / task.own_noise(kind), kind) for kind, std in task.problem.std.items())
+    return (f"what is left of {worst} is {ratio:.1f} times the log's own noise and hangs together over {correlation_time(linear):.1f} "
+            f"rows, and windows of {WINDOW_S:g} s contradict each other: the model lacks something{_offer(task, parts, z, apart)}")
 
 
-def _offer(task: Task, parts: list[Part], z: Numbers) -> str:
-    """Which of a steady current and a lever arm explains more of what is left, by the score test: the gain of the likelihood
-    that a linear step promises, all else refitted."""
-    more = [Parameter(f"water.{axis}", "m/s", 0, 0.1, False) for axis in "xy" if f"water.{axis}" not in task.problem.index]
-    problem = Problem(task.logs, task.problem.scenarios, task.parameters + more, task.problem.workers)
-    problem.std, problem.reject, problem.coarse = task.problem.std, True, True
-    z = np.concatenate([z, np.zeros(len(more))])
-    linear = problem.linear(parts, z, problem.slopes(parts, z))
-    simulated = problem.fly(parts, z, [(0, i, part.state) for i, part in enumerate(parts)], [z], coarse=True)
-    for part, one, states in zip(parts, linear, simulated):
-        lever = []
-        for sensor in part.log.sensors:
-            scale = np.repeat(np.sqrt(one.weight[sensor.kind]) / problem.std[sensor.kind], one.raw[sensor.kind].shape[1])
-            q = states[sensor.kind][:, 3:7]
-            axes = np.stack([rotated(q, np.broadcast_to(axis, (len(q), 3))) for axis in np.eye(3)], axis=-1).reshape(-1, 3)
-            lever.append(0.1 * axes * scale[:, None] if sensor.kind == "position" else np.zeros((len(scale), 3)))
-        one.by_z = np.hstack([one.by_z, np.concatenate(lever)])
+def _offer(task: Task, parts: list[Part], z: Numbers, apart: float) -> str:
+    """Which of the usual lacks explains most of what is left: that with the largest gain of the likelihood by a linear step, less
+    what as many parameters gain from noise (a score test; Schwarz 1978), if windows agree more in a fit with it."""
+    added_mass = plain_vehicle(task.scenario)["hydrodynamics"]["added_mass_diagonal"]
+    more = {name: parameters_to_find(name, added_mass) for name in FINDS if name not in task.find}
+    problem = task.with_more([parameter for each in more.values() for parameter in each])
+    known = len(task.parameters)
+    start = np.append(z, np.zeros(len(problem.parameters) - known))
+    linear = problem.linear(parts, start, problem.slopes(parts, start))
     reduced = reduce(linear, parts, [part.state for part in parts])
-    normal, force, known = reduced.information + np.eye(len(z) + 3), reduced.gradient, len(task.parameters)
-    gains = {}
-    for words, at in (("a steady current (--water steady)", range(known, len(z))),
-                      ("a lever arm: poses of another point than B", range(len(z), len(z) + 3))):
-        g, rest = list(at), list(range(known))
-        if g:
-            cross = np.linalg.solve(normal[np.ix_(rest, rest)], np.column_stack([normal[np.ix_(rest, g)], force[rest]]))
-            left = force[g] - normal[np.ix_(g, rest)] @ cross[:, -1]
-            gains[words] = float(left @ np.linalg.solve(normal[np.ix_(g, g)] - normal[np.ix_(g, rest)] @ cross[:, :-1], left))
-    best = max(gains, key=lambda words: gains[words])
-    share = gains[best] / sum(one.cost for one in linear)
-    return f"; {100 * min(share, 1):.0f} % of it would go with {best}" if share > 0.15 else ""
+    normal, force, count = reduced.information + np.eye(len(start)), reduced.gradient + start, sum(len(one.residual) for one in linear)
+    at = np.cumsum([known] + [len(each) for each in more.values()])
+    tried = {"": np.arange(known)} | {name: np.r_[:known, first:last] for name, first, last in zip(more, at, at[1:])}
+    scores = {name: float(force[free] @ np.linalg.solve(normal[np.ix_(free, free)], force[free])) - len(free) * np.log(count)
+              for name, free in tried.items()}
+    if not (best := max(scores, key=lambda name: scores[name])):
+        return ""
+    problem = task.with_more(more[best])
+    with_it, reduced, linear = solve(problem, parts, np.append(z, np.zeros(len(more[best]))), most=3, enough=LEADS_ON)
+    after = disagreement(linear, reduced)
+    values = ", ".join(f"{one.name} {one.value(to):.3g} {one.unit}" for one, to in zip(more[best], with_it[known:]))
+    return "" if after > 0.5 * apart else f"; with {FINDS[best]} they agree{'' if after < SURE else ' more'}: {values}"
 
 
 def _compared(kind: str, parts: Sequence[Part], linear: Sequence[Linear]) -> tuple[Numbers, Numbers]:
@@ -375,13 +358,6 @@ def _misses(task: Task, z: Numbers, held_out: float) -> Numbers:
     return np.array(misses)
 
 
-def plan(scenario: Scenario | Path, **options: Any) -> dict[str, Numbers]:
-    """Commands that tell most: see turbidock.logs.excitation.plan."""
-    from .excitation import plan as make
-
-    return make(scenario, **options)
-
-
 def main(arguments: Iterable[str] | None = None) -> int:
     """turbidock-identify."""
     parser = argparse.ArgumentParser(prog="turbidock-identify", description="A vehicle's parameters from logs of its motion")
@@ -392,6 +368,7 @@ def main(arguments: Iterable[str] | None = None) -> int:
         command.add_argument("--scenario", required=True, help="names the vehicle and what is known of it")
         command.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="one key of the scenario")
         command.add_argument("--water", choices=("still", "steady"), default="still")
+        command.add_argument("--find", nargs="+", default=[], choices=list(FINDS), help="what else the log has")
         command.add_argument("--thrust-std", type=float, default=0, help="relative, of what is known of the thrust")
         command.add_argument("--workers", type=int)
         if name == "fit":
@@ -415,15 +392,18 @@ def main(arguments: Iterable[str] | None = None) -> int:
 def _do(given: argparse.Namespace) -> int:
     scenario = scenario_of(given.scenario, settings=given.set)
     if given.command == "plan":
-        from .motion import write_motion
-
-        write_motion(plan(scenario, duration_s=given.duration, pool_m=tuple(given.pool), most_thrust=given.most_thrust),
-                     given.out)
+        made = plan(scenario, duration_s=given.duration, pool_m=tuple(given.pool), most_thrust=given.most_thrust)
+        write_motion(made, given.out)
+        (far_m, newton), most_m = drift(scenario, made), 0.5 * given.pool[2]
+        if far_m > most_m:
+            print(f"{given.out}: its buoyancy is known to {newton:.1f} N: flown open loop it may rise or sink by {far_m:.1f} m, and "
+                  f"{most_m:g} m are free. Trim it to {newton * most_m / far_m:.2g} N first, or "
+                  "hold depth besides and log what the thrusters get")
         return 0
     for file in (getattr(given, "out", None), getattr(given, "plot", None)):
         if file and not os.path.isdir(os.path.dirname(file) or "."):
             raise _core.ConfigError(f"{file}: no such folder")
-    options: dict[str, Any] = {"water": given.water, "thrust_std": given.thrust_std, "workers": given.workers}
+    options: dict[str, Any] = {"water": given.water, "find": given.find, "thrust_std": given.thrust_std, "workers": given.workers}
     if given.command == "inform":
         print(inform(given.logs, scenario, **options))
         return 0
