@@ -410,6 +410,22 @@ void Plan::RequireSameFiles(const config::YamlNode& before) const {
         before.Fail(file.file + " is not what it was when the plan began");
 }
 
+void Plan::RemarkDraws() {
+  for (const RandomKey& random : random_) {
+    if (!random.key.starts_with("vehicle.") || random.kind == RandomKey::Kind::kChoice) continue;
+    constexpr double kRare = 0.001;
+    const double low = std::stod(random.ValueAt(kRare)),
+                 high = std::stod(random.ValueAt(1 - kRare));
+    for (const auto& [name, scenario] : scenarios_) {
+      const double own = std::stod(config::ValueOf(scenario, random.key));
+      if (own < low || own > high)
+        remarks_.push_back(fmt::format(
+            "{} is drawn from {:.2g} to {:.2g} (`random`): its own {:.4g} is never tried",
+            random.key, low, high, own));
+    }
+  }
+}
+
 void Plan::CheckTrials(const std::string& file) {
   // Without draws the trials of a cell's stratum differ in nothing but the seed.
   constexpr int64_t kMostDrawn = 10'000;  // a second's work
@@ -430,6 +446,7 @@ void Plan::CheckTrials(const std::string& file) {
         throw ConfigError(fmt::format("{}: trial {}: {}", file, spec.trial, what));
       }
     }
+  RemarkDraws();
 }
 
 VariedKeys Plan::Varied() const {

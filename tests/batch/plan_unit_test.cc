@@ -40,6 +40,17 @@ std::vector<double> Draws(const Plan& plan, size_t parameter, int64_t first, int
   return draws;
 }
 
+TEST(Plan, SaysWhereDrawsLeaveOutTheVehiclesOwnValue) {
+  const auto drawn = [](const std::string& how) {
+    return Make("scenario: pool_active\nrandom: {vehicle.thrusters.lag_s: " + how + "}\n")
+        .remarks();
+  };
+  EXPECT_THAT(drawn("{uniform: [0.05, 0.12]}"), ::testing::IsEmpty());
+  EXPECT_THAT(drawn("{uniform: [0.1, 0.2]}"),
+              ::testing::ElementsAre("vehicle.thrusters.lag_s is drawn from 0.1 to 0.2 "
+                                     "(`random`): its own 0.08 is never tried"));
+}
+
 TEST(Plan, NamesEveryCombinationOfTheGrid) {
   const Plan plan = Make(
       "seeds: 2\n"
