@@ -81,11 +81,12 @@ class Flyer {
         commands_(commands),
         plant_(scene, scenario.vehicle, scenario.clock,
                trial::SeaOf(scenario, SeedTree(0).Stream("sea"))) {
-    double lag_s = scenario.vehicle.thrusters.lag_s;
-    for (const auto& thruster : scenario.vehicle.thrusters.individual)
-      lag_s = std::max(lag_s, thruster.lag_s);
     constexpr double kForgotten = 8;  // e^-8 of what the thrusters did before is left
-    warm_up_ticks_ = static_cast<int64_t>(std::ceil(kForgotten * lag_s / clock_.dt_s()));
+    const vehicle::ThrusterParams& thrusters = scenario.vehicle.thrusters;
+    double memory_s = kForgotten * thrusters.lag_s + thrusters.dead_time_s;
+    for (const auto& thruster : thrusters.individual)
+      memory_s = std::max(memory_s, kForgotten * thruster.lag_s + thruster.dead_time_s);
+    warm_up_ticks_ = static_cast<int64_t>(std::ceil(memory_s / clock_.dt_s()));
   }
 
   void Fly(const Window& window, Flight* flight) {

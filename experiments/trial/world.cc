@@ -248,7 +248,8 @@ control::VehicleModel ModelOf(const vehicle::VehicleData& known, const vehicle::
                                .axis_B = scene.thrusters[i].axis_B,
                                .curve = kinds[i],
                                .effectiveness = effectiveness[i]});
-    model.thruster_lag_s = std::max(model.thruster_lag_s, kinds[i].lag_s);
+    // The laws' model has no dead time: as much lag stands for it.
+    model.thruster_lag_s = std::max(model.thruster_lag_s, kinds[i].lag_s + kinds[i].dead_time_s);
   }
   return model;
 }

@@ -1,6 +1,8 @@
 #pragma once
-// From command voltage to thrust: static curve, lag, rate limit, loss with inflow, faults.
+// From command voltage to thrust: dead time, static curve, lag, rate limit, loss with inflow,
+// faults.
 
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -20,12 +22,19 @@ using ThrusterFactors = PerThruster;
 // What a thruster is like. Sources of the numbers: models/vehicle.yaml.
 struct ThrusterKind : ThrustCurve {
   double lag_s = 0.08;
+  double lag_power = 1;
+  double dead_time_s = 0;
   double rate_limit_newton_per_s = 0;
   double inflow_loss_s_per_m = 0.3;
 
   static void Fields(auto& self, auto&& field) {
     ThrustCurve::Fields(self, field);
     field("lag_s", self.lag_s, InRange(0, 10), "time constant of the first-order lag, 0: none");
+    field("lag_power", self.lag_power, InRange(0.5, 4),
+          "what lags is the thrust to the power of one over this: 1 the thrust itself, 2 the "
+          "propeller's speed, whose square the thrust is");
+    field("dead_time_s", self.dead_time_s, InRange(0, 1),
+          "from a command until the thruster follows it");
     field("rate_limit_newton_per_s", self.rate_limit_newton_per_s, AtLeast(0),
           "fastest change of thrust, 0: no limit");
     field("inflow_loss_s_per_m", self.inflow_loss_s_per_m, InRange(0, 10),
@@ -76,16 +85,29 @@ class Thrusters {
 
   void Reset();
 
-  // Advances by dt_s under a constant command; exact for any step size. `inflow_mps` is the
-  // velocity of each thruster through the water, along its axis. Returns thrust_newton().
+  // Advances by dt_s under a constant command; exact for any step size that divides the dead time.
+  // `inflow_mps` is the velocity of each thruster through the water, along its axis. Returns
+  // thrust_newton().
   const ThrusterForces& Step(const ThrusterCommand& command, const PerThruster& inflow_mps,
                              double dt_s, const ThrusterFactors& factors = {});
 
   const ThrusterForces& thrust_newton() const { return thrust_newton_; }
 
  private:
+  struct Sent {
+    double at_s;
+    PerThruster volts;
+  };
+
+  // What each thruster follows now.
+  PerThruster Heard(const PerThruster& volts, double dt_s);
+
   std::vector<ThrusterKind> kinds_;
   PerThruster effectiveness_;
+  double longest_dead_time_s_ = 0;
+  double now_s_ = 0;
+  std::deque<Sent> sent_;         // as far back as the longest dead time
+  PerThruster lagged_;            // thrust to the power of 1 / lag_power, with its sign
   ThrusterForces lagged_newton_;  // what the propellers would give in still water
   ThrusterForces thrust_newton_;
 };

@@ -202,6 +202,7 @@ def test_the_vehicles_file_is_what_was_found(simulated, tmp_path):
     for group in ("vehicle", "known_vehicle"):  # the laws' model follows
         assert mine[f"{group}.hydrodynamics.added_mass_diagonal"][0] == pytest.approx(fit.value("added_mass.surge"))
         assert mine[f"{group}.thrusters.lag_s"] == pytest.approx(fit.value("thrust.lag"))
+        assert mine[f"{group}.thrusters.dead_time_s"] == pytest.approx(fit.value("delay.pose")) == pytest.approx(0.05, abs=0.03)
     assert mine["vehicle.rigid_body.mass_kg"] == 15
 
 

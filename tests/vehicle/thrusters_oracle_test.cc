@@ -38,6 +38,31 @@ TEST(ThrusterLag, IsTheExponentialOfItsTimeConstant) {
   }
 }
 
+// The propeller's speed is what lags, and the thrust is its square.
+TEST(ThrusterLag, OfTheSpeedIsTheSquareOfItsExponential) {
+  ThrusterParams params;
+  params.lag_power = 2;
+  const std::vector<double> got = Response(params, 0.002);
+  const double ahead = std::sqrt(4.9), astern = -std::sqrt(4.41);
+  const double turned = ahead * (1 - std::exp(-0.5 / params.lag_s));
+  for (int i = 0; i < 100; ++i) {
+    const double t_s = 0.01 * (i + 1);
+    const double speed = i < 50
+                             ? ahead * (1 - std::exp(-t_s / params.lag_s))
+                             : astern + (turned - astern) * std::exp(-(t_s - 0.5) / params.lag_s);
+    EXPECT_NEAR(got[i], speed * std::abs(speed), kRounding_newton) << t_s;
+  }
+}
+
+TEST(ThrusterDeadTime, IsTheSameResponseLater) {
+  ThrusterParams params;
+  const std::vector<double> prompt = Response(params, 0.002);
+  params.dead_time_s = 0.08;
+  const std::vector<double> late = Response(params, 0.002);
+  for (int i = 0; i < 100; ++i)
+    EXPECT_NEAR(late[i], i < 8 ? 0 : prompt[i - 8], kRounding_newton) << i;
+}
+
 TEST(ThrusterLag, DoesNotDependOnTheStep) {
   for (const double rate : {0.0, 12.0}) {
     ThrusterParams params;

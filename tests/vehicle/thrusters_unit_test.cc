@@ -77,6 +77,11 @@ TEST(ThrusterCurve, BadTablesAreRefusedWithTheReason) {
   params = {};
   params.lag_s = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(Refusal(params), HasSubstr("thrusters.lag_s"));
+  params = {};
+  params.lag_power = 2;
+  params.rate_limit_newton_per_s = 10;
+  EXPECT_THAT([&] { params.Of({"only"}, "thrusters"); },
+              ::testing::ThrowsMessage<ConfigError>(HasSubstr("thrusters.lag_power: must be 1")));
 }
 
 TEST(Thrusters, WithoutLagTheThrustIsTheCurve) {
@@ -125,6 +130,12 @@ TEST(Thrusters, ResetStopsThem) {
   thrusters.Step(All(5), kStill, 1);
   thrusters.Reset();
   EXPECT_EQ(thrusters.thrust_newton(), kStill);
+  EXPECT_EQ(thrusters.Step(All(2.5), kStill, 1), kStill);
+  ThrusterParams late;
+  late.dead_time_s = 0.1;
+  thrusters = Four(late);
+  thrusters.Step(All(5), kStill, 0.05);
+  thrusters.Reset();
   EXPECT_EQ(thrusters.Step(All(2.5), kStill, 1), kStill);
 }
 

@@ -41,7 +41,8 @@ std::vector<std::string> KeysLeftOut(const std::string& vehicle_model) {
                                    "thrusters.dead_band_volts", "thrusters.curve_exponent"};
     return key.ends_with("coupling") || key.find("[]") != std::string::npos ||
            key.find("products") != std::string::npos || key.starts_with("thrusters.table") ||
-           key == "thrusters.rate_limit_newton_per_s" || key == "thrusters.effectiveness" ||
+           key == "thrusters.rate_limit_newton_per_s" || key == "thrusters.lag_power" ||
+           key == "thrusters.dead_time_s" || key == "thrusters.effectiveness" ||
            key == "thrusters.individual" || key == "loads" ||
            (has_table && std::find(kCurve.begin(), kCurve.end(), key) != kCurve.end());
   };

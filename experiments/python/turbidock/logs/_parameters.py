@@ -80,9 +80,11 @@ def parameters_of(scenario: Scenario, *, thrust_std: float = 0, find: Collection
     if not len(thrusters["table_volts"]):
         found += [Parameter("thrust.dead_band", "V", float(thrusters["dead_band_volts"]), 0.3, True, 0, 2.4),
                   Parameter("thrust.exponent", "", float(thrusters["curve_exponent"]), 0.2, True, 0.5, 4)]
-    for name, unit, key in (("lag", "s", "lag_s"), ("inflow_loss", "s/m", "inflow_loss_s_per_m")):
-        if thrusters[key] > 0:
-            found.append(Parameter("thrust." + name, unit, float(thrusters[key]), 0.5, True, 0, 10))
+    if thrusters["lag_s"] > 0:
+        found.append(Parameter("thrust.lag", "s", float(thrusters["lag_s"]), 0.5, True, 0, 10))
+        found.append(Parameter("thrust.lag_power", "", float(thrusters["lag_power"]), 0.5, True, 0.5, 4))
+    if thrusters["inflow_loss_s_per_m"] > 0:
+        found.append(Parameter("thrust.inflow_loss", "s/m", float(thrusters["inflow_loss_s_per_m"]), 0.5, True, 0, 10))
     found += [Parameter("delay.pose", "s", 0, 0.1, False), Parameter("delay.drift", "s/s", 0, 1e-4, False)]
     if onboard:
         found.append(Parameter("delay.onboard", "s", 0, 0.1, False))
@@ -153,7 +155,7 @@ def data_of(vehicle: Mapping[str, Any], values: Mapping[str, float]) -> dict[str
         data["thrusters.reverse_ratio"] = float(min(reverse * thrusters["reverse_ratio"], 1))
         for name, key in (("dead_band", "dead_band_volts"), ("exponent", "curve_exponent")):
             data["thrusters." + key] = values.get("thrust." + name, float(thrusters[key]))
-    for name, key in (("lag", "lag_s"), ("inflow_loss", "inflow_loss_s_per_m")):
+    for name, key in (("lag", "lag_s"), ("lag_power", "lag_power"), ("inflow_loss", "inflow_loss_s_per_m")):
         data["thrusters." + key] = values.get("thrust." + name, float(thrusters[key]))
     return data
 

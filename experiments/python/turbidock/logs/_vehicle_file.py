@@ -14,7 +14,8 @@ _TOLD = {"hydrodynamics.added_mass_diagonal": "added_mass.", "hydrodynamics.line
     "hydrodynamics.p_BBcb_m": "trim.centre", "thrusters.max_thrust_newton": "thrust.scale",
     "thrusters.reverse_ratio": "thrust.reverse", "thrusters.dead_band_volts": "thrust.dead_band",
     "thrusters.curve_exponent": "thrust.exponent", "thrusters.table_thrust_newton": "thrust.reverse",
-    "thrusters.lag_s": "thrust.lag", "thrusters.inflow_loss_s_per_m": "thrust.inflow_loss"}
+    "thrusters.lag_s": "thrust.lag", "thrusters.lag_power": "thrust.lag_power", "thrusters.dead_time_s": "delay.",
+    "thrusters.inflow_loss_s_per_m": "thrust.inflow_loss"}
 
 
 def vehicle_yaml(scenario: Scenario, data: Mapping[str, Any], comments: Mapping[str, str], source: str) -> str:

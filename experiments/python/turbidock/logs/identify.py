@@ -151,7 +151,13 @@ class Fit:
 
     def data(self) -> dict[str, Any]:
         """Keys of the vehicle's data with the values found."""
-        return data_of(plain_vehicle(self.scenario), self.values())
+        vehicle = plain_vehicle(self.scenario)
+        return data_of(vehicle, self.values()) | {
+            "thrusters.dead_time_s": min(max(vehicle["thrusters"]["dead_time_s"] + self.latency_s(), 0.0), 1.0)}
+
+    def latency_s(self) -> float:
+        """Of the motion behind the commands, as it was told: by sensors on the commands' clock, else by the poses."""
+        return self.values().get("delay.onboard", self.values().get("delay.pose", 0.0))
 
     def settings(self) -> dict[str, Any]:
         """For a scenario: the vehicle, and what its controller knows of it."""
@@ -198,6 +204,9 @@ class Fit:
             lines.append(f"  {row.parameter:26}{found}")
         lines += ["", *(f"  {note}" for note in self.information.notes)]
         lines += [f"  not to be believed: {self.doubt}"] if self.doubt else []
+        if self.latency_s() > 0:
+            lines.append(f"  motion follows the commands {1000 * self.latency_s():.0f} ms late: the vehicle's data have it as "
+                         "thrusters.dead_time_s; set it to 0 if the clock of the motion is late instead")
         lines += [f"  {name}: its poses' clock is {offset:+.1f} s off, besides delay.pose"
                   for name, offset in zip(self.source.split(", ")[1:], self.offsets_s) if offset]
         lines += [f"  noise of {kind}: {value:.3g}" for kind, value in self.noise.items()]
