@@ -27,6 +27,19 @@ const ThrusterCommand& Playback::At(double time_s) const {
   return std::prev(after)->command;
 }
 
+std::vector<Playback::Part> Playback::Within(double begin_s, double end_s) const {
+  std::vector<Part> parts = {{1, &At(begin_s)}};
+  const auto change = [&](double from_s, const ThrusterCommand& to) {
+    const double left = (end_s - from_s) / (end_s - begin_s);
+    parts.back().share -= left;
+    parts.push_back({left, &to});
+  };
+  auto row = std::ranges::upper_bound(rows_, begin_s, {}, &Row::time_s);
+  for (; row != rows_.end() && row->time_s < end_s; ++row) change(row->time_s, row->command);
+  if (rows_.size() > 1 && begin_s < end_s_ && end_s_ < end_s) change(end_s_, off_);
+  return parts;
+}
+
 double VoltsOfPulse(double pulse_us) {
   constexpr double kNeutral_us = 1500, kFull_us = 400;
   return kNeutralVolts + kNeutralVolts * (pulse_us - kNeutral_us) / kFull_us;

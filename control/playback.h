@@ -39,6 +39,12 @@ class Playback {
   Playback(std::vector<Row> rows, size_t thrusters);
 
   const ThrusterCommand& At(double time_s) const;
+  // The commands from begin to end, which is later, each with its share of that time.
+  struct Part {
+    double share = 1;
+    const ThrusterCommand* command = nullptr;
+  };
+  std::vector<Part> Within(double begin_s, double end_s) const;
   double begin_s() const { return rows_.front().time_s; }
   double end_s() const { return end_s_; }
 

@@ -79,6 +79,7 @@ class Flyer {
   Flyer(const vehicle::Scene& scene, const Scenario& scenario, const control::Playback& commands)
       : clock_(scenario.clock),
         commands_(commands),
+        kinds_(scenario.vehicle.thrusters.Of(vehicle::NamesOf(scene.thrusters), "thrusters")),
         plant_(scene, scenario.vehicle, scenario.clock,
                trial::SeaOf(scenario, SeedTree(0).Stream("sea"))) {
     constexpr double kForgotten = 8;  // e^-8 of what the thrusters did before is left
@@ -119,10 +120,25 @@ class Flyer {
   }
 
  private:
-  bool Step() { return !plant_.Step(commands_.At(plant_.time_s())).has_value(); }
+  bool Step() { return !plant_.Step(CommandNow()).has_value(); }
+
+  // Ticks may be long here: where commands change within one, what has the mean of their thrusts.
+  ThrusterCommand CommandNow() const {
+    const double now_s = plant_.time_s();
+    const auto parts = commands_.Within(now_s, now_s + clock_.dt_s());
+    ThrusterCommand command = *parts.front().command;
+    if (parts.size() == 1) return command;
+    for (size_t i = 0; i < kinds_.size(); ++i) {
+      double newton = 0;
+      for (const auto& [share, part] : parts) newton += share * kinds_[i].Thrust(part->volts[i]);
+      command.volts[i] = kinds_[i].Volts(newton);
+    }
+    return command;
+  }
 
   ClockParams clock_;
   const control::Playback& commands_;
+  std::vector<vehicle::ThrusterKind> kinds_;
   vehicle::Plant plant_;
   int64_t warm_up_ticks_ = 0;
 };

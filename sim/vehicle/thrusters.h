@@ -19,7 +19,8 @@ using ThrusterForces = PerThruster;
 // are sound.
 using ThrusterFactors = PerThruster;
 
-// What a thruster is like. Sources of the numbers: models/vehicle.yaml.
+// What a thruster is like. Sources of the numbers: models/vehicle.yaml. At rest a propeller's
+// thrust is K_T rho D^4 |n| n at n turns a second (Fossen, Handbook of Marine Craft, 2011).
 struct ThrusterKind : ThrustCurve {
   double lag_s = 0.08;
   double lag_power = 1;

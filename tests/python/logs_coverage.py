@@ -216,7 +216,7 @@ def true_values(truth):
                "delay.pose": truth["late"], "delay.drift": 0.0, "delay.onboard": truth["late"], "water.x": truth["current"][0],
                "water.y": truth["current"][1], "thrust.lag_power": 2.0 if truth["kind"] == "speed lag" else 1.0,
                "thrust.sag": truth["sag"]}
-    values |= {f"lever.{axis}": truth["lever"][i] for i, axis in enumerate("xyz")}
+    values |= {f"lever.{axis}": truth["lever"][i] for i, axis in enumerate(("ahead", "left", "above"))}
     return values | {f"added_mass.{AXES[i]}_{AXES[j]}": truth["couplings"][i, j] for i, j in ((0, 4), (1, 3), (1, 5), (2, 4))}
 
 

@@ -225,9 +225,11 @@ class KeyPlaces : public ::testing::TestWithParam<const char*> {
     };
     for (const KeyCase* of : places.gains) tune(of->key);
     const Keys all = places.All();
-    for (const std::string any : {"jam.time_s", "jam.force_newton", "docked_hold_s"})
-      if (gains[0].empty() && std::ranges::count(all, any, &KeyCase::key) == 0)
+    for (const std::string any : {"jam.time_s", "jam.force_newton", "docked_hold_s"}) {
+      const auto has_it = [&any](const KeyCase* of) { return any.starts_with(of->key); };
+      if (gains[0].empty() && std::ranges::none_of(all, has_it))
         tune(any);  // a study has one at least
+    }
     const tuning::Study study = StudyOf(places, text);
     for (size_t value = 0; value < expected.size(); ++value) {
       const auto [plan, trial] = TrialWith(study.plan(), places, value);

@@ -23,7 +23,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using Settings = std::vector<std::string>;
+using ::testing::DoubleEq;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Pair;
 
 class PlaybackOfTrials : public testing::OwnFolder {
  protected:
@@ -137,6 +140,29 @@ TEST_F(PlaybackOfTrials, TheMotionOfEveryStep) {
   const config::NumberTable again = config::ReadNumberTable(csv);
   EXPECT_EQ(again.names, table.names);
   EXPECT_EQ(again.columns, table.columns);
+}
+
+TEST(Playback, WithinATimeEachCommandHasItsShare) {
+  const auto row = [](double time_s, double volts) {
+    return control::Playback::Row{time_s, {.volts = {volts}}};
+  };
+  const control::Playback playback({row(1, 3), row(1.5, 4), row(1.75, 2)}, 1);
+  const auto within = [&](double begin_s, double end_s) {
+    std::vector<std::pair<double, double>> found;
+    for (const auto& [share, command] : playback.Within(begin_s, end_s))
+      found.emplace_back(share, command->volts[0]);
+    return found;
+  };
+  const auto are = [](const auto&... parts) {
+    return ElementsAre(Pair(DoubleEq(parts.first), parts.second)...);
+  };
+  using P = std::pair<double, double>;
+  EXPECT_THAT(within(1.1, 1.4), are(P(1, 3)));
+  EXPECT_THAT(within(1.25, 1.75), are(P(0.5, 3), P(0.5, 4)));
+  EXPECT_THAT(within(1, 2), are(P(0.5, 3), P(0.25, 4), P(0.25, 2)));
+  EXPECT_THAT(within(0.5, 1.5), are(P(0.5, kNeutralVolts), P(0.5, 3))) << "off before the first";
+  EXPECT_THAT(within(1.75, 2.25), are(P(0.5, 2), P(0.5, kNeutralVolts))) << "and after the last";
+  EXPECT_THAT(within(2.1, 2.2), are(P(1, kNeutralVolts)));
 }
 
 TEST_F(PlaybackOfTrials, EveryUnitOfACommand) {

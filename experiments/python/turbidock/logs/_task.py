@@ -104,7 +104,7 @@ class Task:
     def with_more(self, parameters: Sequence[Parameter]) -> Problem:
         """The problem with these parameters besides."""
         made = Problem(self.logs, self.problem.scenarios, [*self.parameters, *parameters], self.problem.workers)
-        made.std, made.reject, made.coarse = self.problem.std, self.problem.reject, True
+        made.std, made.reject = self.problem.std, self.problem.reject
         return made
 
     def parts(self, held_out: float) -> list[Part]:

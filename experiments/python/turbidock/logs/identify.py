@@ -241,14 +241,13 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
     task = Task(logs, scenario, water, thrust_std, workers, find)
     problem, parts = task.problem, task.parts(held_out)
     z = np.zeros(len(task.parameters))
-    problem.coarse = True
     for most in (8, 3):
         z, reduced, linear = solve(problem, parts, z, most=most, enough=LEADS_ON)
         problem.std = noise(problem, linear, parts)
         problem.reject = True
     if believed := disagreement(linear, reduced) < SURE:
         z, reduced, linear = solve(problem, parts, z, most=3, enough=LEADS_ON)
-        problem.coarse, problem.std = False, noise(problem, linear, parts)
+        problem.std = noise(problem, linear, parts)
         z, reduced, linear = solve(problem, parts, z, most=6)
     while True:  # what is not told stands at its value before, and the rest is fitted to that
         known = _information(task, parts, z, (reduced, linear), correlation_time(linear))
@@ -356,7 +355,7 @@ def _misses(task: Task, z: Numbers, held_out: float) -> Numbers:
         return np.zeros(0)
     solve(task.problem, leads, z, with_z=False, most=6)
     aims = [Part(lead.log, target, lead.state) for lead, target in zip(leads, targets)]
-    simulated = task.problem.fly(aims, z, [(0, i, aim.state) for i, aim in enumerate(aims)], [z], coarse=False)
+    simulated = task.problem.fly(aims, z, [(0, i, aim.state) for i, aim in enumerate(aims)], [z])
     misses = []
     for aim, states in zip(aims, simulated):
         sensor = aim.log.sensor("position")
