@@ -218,7 +218,7 @@ class Fit:
         if self.validation:
             lines.append(f"  held out: position after {AHEAD_S:g} s within {1000 * self.validation['median_m']:.0f} mm "
                          f"(median of {self.validation['windows']}), before the fit {1000 * self.validation['before_m']:.0f} mm")
-        advice = self.information.advice()
+        advice = [] if self.doubt else self.information.advice()
         return "\n".join(lines + (["", "To tell the rest, fly besides:"] + [f"  {line}" for line in advice] if advice else []))
 
 
