@@ -114,7 +114,8 @@ class GateRun {
 };
 
 // The file of a gate's trials, to be gone on with (batch::OpenResults). Trials of another program
-// are what a gate is there to tell from this one's: it is begun anew then, which `say` tells.
+// are what a gate is there to tell from this one's: it is begun anew then, which `say` tells. With
+// `anew` trials that the gate has no more go, too; a file of another kind is refused.
 batch::ResultStore OpenTrials(const std::string& file, const Gate& gate, bool anew,
                               const batch::JobOptions& jobs,
                               const std::function<void(const std::string&)>& say);
