@@ -50,12 +50,12 @@ int Batch(const BatchArguments& arguments) {
   // of a part of a batch there is no page
   const std::string page =
       shard.count == 1 ? fs::path(arguments.out).replace_extension(".html").string() : "";
-  system::OutputPlan()
-      .Reads(arguments.plan.plan)
+  system::OutputPlan outputs;
+  outputs.Reads(arguments.plan.plan)
       .Reads(plan.files())
       .Writes(arguments.out, system::kResultFile)
-      .Writes(page, page::kPageFile)
-      .Require();
+      .Writes(page, page::kPageFile);
+  outputs.Require();
   command::Progress progress(arguments.quiet);
   batch::RunOptions options;
   options.stop_requested = command::CatchStopSignals();
@@ -63,7 +63,7 @@ int Batch(const BatchArguments& arguments) {
                                     [&](const std::string& text) { progress.Say("  " + text); });
   batch::ResultStore store =
       batch::OpenResults(arguments.out, plan, shard, arguments.anew, options.jobs);
-  fs::remove(page);  // of what the file had before; this run may not come to its end
+  outputs.RemoveOld();
   progress.Say(fmt::format("{}: {}{} trials{}, plan {}, {}", plan.title(),
                            plan.settings().precision > 0 ? "up to " : "", plan.trials(),
                            shard.count > 1 ? ", of which shard " + shard.Text() : "", plan.hash(),

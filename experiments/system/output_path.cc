@@ -151,6 +151,11 @@ void OutputPlan::Require() const {
   for (const auto& [path, kind] : outputs_) RequireWritable(path, kind);
 }
 
+void OutputPlan::RemoveOld() const {
+  for (const auto& [path, kind] : outputs_)
+    if (kind.mark != kResultFile.mark) fs::remove(path);
+}
+
 WholeFile::WholeFile(const std::string& path)
     : path_(path), target_(TargetOf(path)), partial_(target_ + ".partial") {
   RequireWritable(path);

@@ -73,6 +73,19 @@ TEST_F(OutputPath, NothingIsMadeBeforeSomethingIsWritten) {
   EXPECT_TRUE(fs::is_directory(File("there")));
 }
 
+TEST_F(OutputPath, WhatAnEarlierRunSaidGoesAndItsResultsStay) {
+  for (const char* name : {"in", "report.html", "notes.txt"}) File(name, "old");
+  File("trials.db", std::string(kResultFile.mark));
+  OutputPlan()
+      .Reads(File("in"))
+      .Writes(File("report.html"))
+      .WritesInto(File("not_there"), {"a"})
+      .Writes(File("trials.db"), kResultFile)
+      .RemoveOld();
+  EXPECT_FALSE(fs::exists(File("report.html")));
+  for (const char* name : {"in", "notes.txt", "trials.db"}) EXPECT_TRUE(fs::exists(File(name)));
+}
+
 TEST_F(OutputPath, OnlyFilesAreWritten) {
   fs::create_directory(File("folder"));
   mkfifo(File("pipe").c_str(), 0666);

@@ -44,11 +44,8 @@ std::string TrialsFile(const GateArguments& arguments, const Gate& gate) {
   return arguments.out.empty() ? "" : arguments.out + "/trials.db";
 }
 
-// No verdict of an earlier run stays beside the trials of this one, which may not come to its end.
-void RemoveReport(const GateArguments& arguments) {
-  const fs::path out(arguments.out);
-  for (const char* file : {"report.html", "summary.json", "junit.xml", "summary.md"})
-    fs::remove(out / file);
+// Failures of an earlier run.
+void RemoveBundles(const GateArguments& arguments) {
   std::error_code none;
   std::vector<fs::path> bundles;
   for (const auto& entry : fs::directory_iterator(arguments.failures(), none))
@@ -57,8 +54,8 @@ void RemoveReport(const GateArguments& arguments) {
 }
 
 // Runs it in worker processes and keeps its trials in a file, unless its name is empty.
-void RunTrials(const GateArguments& arguments, const Gate& gate, GateRun* run,
-               command::Progress* progress) {
+void RunTrials(const GateArguments& arguments, const Gate& gate, const system::OutputPlan& outputs,
+               GateRun* run, command::Progress* progress) {
   const auto say = [progress](const std::string& text) { progress->Say("  " + text); };
   const std::string beside = arguments.out.empty() ? "" : arguments.out + "/trials";
   const batch::RunOptions options{.jobs = arguments.jobs.For(beside, say),
@@ -69,7 +66,10 @@ void RunTrials(const GateArguments& arguments, const Gate& gate, GateRun* run,
   std::optional<batch::ResultStore> store;
   if (const std::string file = TrialsFile(arguments, gate); !file.empty()) {
     store.emplace(OpenTrials(file, gate, arguments.anew, options.jobs, say));
-    if (!arguments.update) RemoveReport(arguments);
+    if (!arguments.update) {
+      outputs.RemoveOld();
+      RemoveBundles(arguments);
+    }
     if (const auto there = std::ssize(store->Done()); there > 0)
       say(fmt::format("{} trials are in {} already", there, file));
   }
@@ -84,7 +84,7 @@ int UpdateBaseline(const GateArguments& arguments, const Gate& gate, system::Out
   outputs.Writes(baseline, kBaselineFile).Writes(trials, system::kResultFile).Require();
   command::Progress progress(arguments.quiet);
   GateRun run(gate);
-  RunTrials(arguments, gate, &run, &progress);
+  RunTrials(arguments, gate, outputs, &run, &progress);
   const Baseline now = run.Measured();
   [[maybe_unused]] const GateRun refuses(gate, now);  // what no build could be compared with
   system::WriteWhole(baseline, BaselineText(now));
@@ -182,7 +182,7 @@ int JudgeAgainstBaseline(const GateArguments& arguments, const Gate& gate,
   outputs.Require();
   if (!arguments.out.empty()) system::MakeFolder(arguments.out);
   command::Progress progress(arguments.quiet);
-  RunTrials(arguments, gate, &run, &progress);
+  RunTrials(arguments, gate, outputs, &run, &progress);
   const GateReport report = run.Report();
   report::Report shown = ReportOf(report, beside);
   report::Json result = report;

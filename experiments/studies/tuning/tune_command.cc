@@ -46,6 +46,7 @@ int Tune(const TuneArguments& arguments) {
     progress.ShowOrSay(share, what, /*every_s=*/20);
   };
   options.on_result = [&](const TuningResult& so_far) {
+    if (so_far.generations.empty()) outputs.RemoveOld();
     const report::Report report = ReportOf(study, so_far);
     const report::Json json = TuningJson(study, so_far);
     if (so_far.finished) {
