@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
+
 namespace turbidock::report {
 namespace {
 
@@ -43,9 +45,25 @@ std::string Rendered(const Report& report, bool markdown) {
   return text;
 }
 
+// Where Markdown would take a name for an element of HTML.
+std::string WithoutTags(const std::string& markdown) {
+  std::string text;
+  bool is_code = false;
+  for (size_t i = 0; i < markdown.size(); ++i) {
+    is_code ^= markdown[i] == '`';
+    const auto next = static_cast<unsigned char>(i + 1 < markdown.size() ? markdown[i + 1] : ' ');
+    if (markdown[i] == '<' && !is_code && (std::isalpha(next) || next == '/' || next == '!'))
+      text += '\\';
+    text += markdown[i];
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string Text(const Report& report) { return Rendered(report, /*markdown=*/false); }
-std::string Markdown(const Report& report) { return Rendered(report, /*markdown=*/true); }
+std::string Markdown(const Report& report) {
+  return WithoutTags(Rendered(report, /*markdown=*/true));
+}
 
 }  // namespace turbidock::report

@@ -59,6 +59,16 @@ TEST(Markdown, HasHeadingsListsAndTables) {
   EXPECT_THAT(text, Not(HasSubstr("Path")));
 }
 
+TEST(Markdown, ANameIsNoElement) {
+  const std::string text =
+      Markdown({.kind = "gate",
+                .title = "<b>calm</b>, <!-- or",
+                .facts = {{"F < 0.5", "3<4", "`<p>`"}},
+                .sections = {{.title = "Again", .commands = {{"All of <i>", "cat <in"}}}}});
+  EXPECT_THAT(text, StartsWith("# \\<b>calm\\</b>, \\<!-- or\n\n- F < 0.5: **3<4**, `<p>`\n"));
+  EXPECT_THAT(text, HasSubstr("- All of \\<i>: `cat <in`\n"));
+}
+
 TEST(Table, CountsLettersNotBytes) {
   Table table({"<what", "n"});
   table.Row({"µ", "1"});
