@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "experiments/report/table.h"
 #include "sim/base/units.h"
 
 namespace turbidock::trial {
@@ -29,6 +30,8 @@ std::string NavigationRemark(const Scenario& scenario, const TrialResult& result
   return scenario.approach.on() && !ever ? "; navigation never reported a position" : "";
 }
 
+std::string Mm(double length_m) { return report::Fixed(units::MmFromM(length_m), 0); }
+
 // Why the time was up: what the vehicle was still missing.
 std::string TimeoutReason(const Scenario& scenario, const TrialResult& result,
                           const control::Directive& directive) {
@@ -44,10 +47,10 @@ std::string TimeoutReason(const Scenario& scenario, const TrialResult& result,
         NavigationRemark(scenario, result));
   const AxesPose& e = result.final_error_estimated;
   return fmt::format(
-             "{} in {} with the marker estimated {:.0f} mm, {:.0f} mm, {:.0f} mm and {:.1f}° "
+             "{} in {} with the marker estimated {} mm, {} mm, {} mm and {}° "
              "from the desired pose",
-             after, NameOf(directive.stage), units::MmFromM(e.x_m), units::MmFromM(e.y_m),
-             units::MmFromM(e.z_m), units::DegFromRad(e.yaw_rad)) +
+             after, NameOf(directive.stage), Mm(e.x_m), Mm(e.y_m), Mm(e.z_m),
+             report::Fixed(units::DegFromRad(e.yaw_rad), 1)) +
          JamRemark(result);
 }
 
@@ -59,11 +62,11 @@ std::string DockedReason(const TrialResult& result) {
                        units::MmFromM(result.insertion_depth_m));
   return fmt::format(
       "{} on the estimate, but the pole is not in the hole: its tip is {:.0f} mm {} "
-      "the mouth and the true position of the marker is off by {:.0f} mm in y and "
-      "{:.0f} mm in z",
+      "the mouth and the true position of the marker is off by {} mm in y and "
+      "{} mm in z",
       met, units::MmFromM(std::abs(result.insertion_depth_m)),
-      result.insertion_depth_m < 0 ? "in front of" : "past",
-      units::MmFromM(result.final_error_true.y_m), units::MmFromM(result.final_error_true.z_m));
+      result.insertion_depth_m < 0 ? "in front of" : "past", Mm(result.final_error_true.y_m),
+      Mm(result.final_error_true.z_m));
 }
 
 bool IsUnderWay(const FrameRecord& frame) {

@@ -36,6 +36,14 @@ void LoseTheMarker(double last_s, TrialResult* result) {
     frame->fitness = 0;
 }
 
+TEST(ReasonOf, HasNoMinusZero) {
+  TrialResult result = Trial(Outcome::kTimeout, {Stage::kDocking});
+  result.handover_time_s = 1;
+  result.final_error_estimated = {.x_m = -0.0004, .y_m = -0.0006, .z_m = 0.0004, .yaw_rad = -1e-4};
+  const std::string reason = ReasonOf({Outcome::kTimeout, ""}, {}, result, {});
+  EXPECT_NE(reason.find("estimated 0 mm, -1 mm, 0 mm and 0.0° from"), std::string::npos) << reason;
+}
+
 TEST(FailureOf, TakesTheOutcomesWord) {
   EXPECT_EQ(FailureOf({}, Trial(Outcome::kSuccess, {Stage::kDocking})), Failure::kNone);
   EXPECT_EQ(FailureOf({}, Trial(Outcome::kCollision, {Stage::kDocking})), Failure::kCollision);
