@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <set>
 
 #include "experiments/batch/batch.h"
 #include "experiments/system/build_info.h"
@@ -48,6 +49,22 @@ int64_t TrialsToPass(batch::JudgeOptions options, int most) {
   trial.values.fill(0);
   while (!same.done()) same.Add(trial, trial);
   return same.verdict() == Verdict::kPass ? same.pairs() : most + 1;
+}
+
+// What trials had otherwise than this gate's: "water.milk_ml_m3=20".
+std::vector<std::string> SetOtherwise(const batch::StoreHeader& header, const Gate& gate) {
+  std::vector<std::string> groups = {"scenario."};
+  for (const Condition& condition : gate.conditions)
+    groups.push_back("cases." + condition.name + ".");
+  std::set<std::string> otherwise;  // a key that all conditions have is said once
+  for (const auto& [key, values] :
+       batch::DifferencesOf(header.plan, batch::HeaderOf(gate.plan, {}, kKind).plan)) {
+    const auto group = std::ranges::find_if(
+        groups, [&key](const std::string& name) { return key.starts_with(name); });
+    if (key != batch::kFolderKey)
+      otherwise.insert(key.substr(group == groups.end() ? 0 : group->size()) + "=" + values[0]);
+  }
+  return {otherwise.begin(), otherwise.end()};
 }
 
 }  // namespace
@@ -288,6 +305,7 @@ GateReport ReportOfFile(const std::string& file, const Gate& gate, const Baselin
   }
   GateReport report = run.Report();
   report.build = store.header().build;
+  report.assignments = SetOtherwise(store.header(), gate);
   return report;
 }
 

@@ -51,7 +51,8 @@ struct GateReport {
   std::string build, baseline_build;
   double alpha = 0, beta = 0;  // the most that its conditions, which may have their own, add up to
   AlphaCovers alpha_covers = AlphaCovers::kGate;
-  std::vector<std::string> assignments;  // by --set: not the build as it is
+  // By --set: not the build as it is. Of a build beside it, what it had otherwise.
+  std::vector<std::string> assignments;
   std::vector<ConditionReport> conditions = {};
 
   TURBIDOCK_FIELDS(verdict, description, build, baseline_build, alpha, beta, alpha_covers,

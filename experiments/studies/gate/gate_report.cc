@@ -10,6 +10,7 @@
 
 #include "experiments/report/table.h"
 #include "experiments/studies/gate/gate.h"
+#include "experiments/system/plain_text.h"
 
 namespace turbidock::gate {
 namespace {
@@ -127,6 +128,10 @@ Section BuildSection(const GateReport& report,
                           ToneOf(c.verdict));
     });
   add("program", [](const GateReport& of) { return report::Cell(of.build); });
+  add("set otherwise", [&report](const GateReport& of) {
+    return &of == &report ? ""
+                          : system::Shortened(fmt::format("{}", fmt::join(of.assignments, ", ")));
+  });
   return {.title = "Builds side by side",
           .note = "Each against the same baseline; successes of the trials that it took.",
           .table = table};
