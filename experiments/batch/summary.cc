@@ -83,6 +83,7 @@ GroupSummary SummaryOf(std::vector<std::string> group, bool whole_cells,
     errors_y_m.push_back(std::abs(r.final_error_true.y_m));
     errors_z_m.push_back(std::abs(r.final_error_true.z_m));
   }
+  summary.by_strata = strata.size() > 1;
   summary.wilson = statistics::SuccessInterval(rated);
   summary.successes = std::ssize(times_s);
   summary.time_to_dock_s = SpreadOf(times_s);
@@ -223,8 +224,10 @@ std::string IntervalText(const std::vector<GroupSummary>& groups) {
   const bool is_plain = std::ranges::none_of(groups, [](const GroupSummary& g) {
     return g.wilson.AsList() != statistics::WilsonInterval(g.successes, g.trials).AsList();
   });
-  return std::string("95 %, Wilson's") +
-         (is_plain ? "" : ", by the plan's strata and with the trials of one seed as alike");
+  if (is_plain) return "95 %, Wilson's";
+  return fmt::format(
+      "95 %, Wilson's{}, the trials of one seed counted as alike",
+      std::ranges::any_of(groups, &GroupSummary::by_strata) ? ", by the plan's strata" : "");
 }
 
 report::Section GroupSection(const std::vector<std::string>& keys,

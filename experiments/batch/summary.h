@@ -33,6 +33,7 @@ struct GroupSummary {
   // whole cells: among trials that were chosen by what they drew, what differs between strata is
   // chance, too. Trials of one seed in several cells are alike.
   statistics::Interval wilson;
+  bool by_strata = false;
   Spread time_to_dock_s;                     // of the successes
   Spread error_true_y_m, error_true_z_m;     // absolute, when docked on the estimate
   Spread estimate_error_m;                   // distance of estimate and truth, of the successes
@@ -48,7 +49,7 @@ struct GroupSummary {
 // "12 collision, 3 timeout": the most frequent first.
 std::string FailureText(const GroupSummary& group);
 
-// What their intervals are: "95 %, Wilson's", and over strata where that makes a difference.
+// What their intervals are: "95 %, Wilson's", and what makes them others than those.
 std::string IntervalText(const std::vector<GroupSummary>& groups);
 
 // What the word means (trial::FailureOf).

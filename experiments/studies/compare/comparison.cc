@@ -111,8 +111,8 @@ void RequireOneEach(const ByKey& groups, const batch::ResultStore& store,
   for (const auto& [key, trials] : groups)
     if (trials.size() > 1)
       throw ConfigError(fmt::format(
-          "{}: several trials have the seed {}{}: they differ in what the other set does "
-          "not vary ({})",
+          "{}: several trials have the seed {}{}: they differ in {}, which tells no pairs apart "
+          "(the other set does not vary it, or --ignore leaves it out)",
           store.file(), key.second, key.first.empty() ? "" : " and " + key.first,
           fmt::join(others, ", ")));
 }
