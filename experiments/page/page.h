@@ -12,8 +12,8 @@
 namespace turbidock::page {
 
 // A page is replaced by one that nobody asked for by name.
-inline constexpr system::FileKind kPageFile = {"page of this program",
-                                               R"(<meta name="generator" content="turbidock">)"};
+inline constexpr system::FileKind kPageFile = {
+    "page of this program", R"(<meta name="generator" content="turbidock">)", ".html"};
 
 struct Page {
   // What is shown. model["kind"] names the module of web/ that shows it, model["title"] is the

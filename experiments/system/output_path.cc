@@ -83,13 +83,15 @@ void MakeFolder(const std::string& folder) {
 
 void RequireReplaceable(const std::string& path, const FileKind& kind) {
   const std::string there = BeginningOf(path);
-  if (there.empty()) return;
   const std::string remedy = "; name another file, or move this one away";
   if (kind.mark.empty() && there.starts_with(kResultFile.mark))
     throw ConfigError(path, "is a result file and is not replaced by another kind" + remedy);
-  if (there.find(kind.mark) == std::string::npos)
+  if (!there.empty() && there.find(kind.mark) == std::string::npos)
     throw ConfigError(path,
                       "is no " + std::string(kind.name) + " and is not replaced by one" + remedy);
+  if (!path.ends_with(kind.ending))
+    throw ConfigError(path, "will be a " + std::string(kind.name) + ": its name must end in " +
+                                std::string(kind.ending));
 }
 
 void RequireWritable(const std::string& path, const FileKind& kind) {

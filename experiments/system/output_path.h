@@ -16,13 +16,14 @@ void MakeFolder(const std::string& folder);
 // A kind of file that the program writes, told by a text among its first bytes.
 struct FileKind {
   std::string_view name, mark;
+  std::string_view ending = {};  // of its files' names; empty: any
 };
 inline constexpr FileKind kResultFile = {"result file", "SQLite format 3"};
 // Asked for by its name, whatever stands there: anything but results is replaced by it.
 inline constexpr FileKind kAnyFile = {};
 
-// ConfigError when a file stands at `path` that one of this kind does not replace: it replaces only
-// its own kind, and what is empty.
+// ConfigError when no file of this kind is called so, or one stands at `path` that it does not
+// replace: it replaces only its own kind, and what is empty.
 void RequireReplaceable(const std::string& path, const FileKind& kind);
 
 // Throws ConfigError ("PATH: cannot be written: REASON") when no file can be written at `path`,

@@ -127,6 +127,10 @@ TEST_F(BadInput, ResultsAreReplacedByNothingElse) {
     Refused({"report", db, "--out", kept}, kept + ": is no page of this program and is not");
     Refused({"compare", db, db, "--out", kept}, kept + ": is no page of this program and is not");
   }
+  for (const char* name : {"x.pdf", "html"}) {
+    Refused({"report", db, "--out", File(name)}, "will be a page of this program: its name must");
+    Refused({"compare", db, other, "--out", File(name)}, std::string(name) + ": will be a page");
+  }
   fs::create_symlink(other, File("x.png"));
   Refused({"report", db, "--figure", File("x.png")}, "x.png: is a result file and is not replaced");
 }
