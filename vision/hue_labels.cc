@@ -40,6 +40,14 @@ int Split(const uint8_t* __restrict rgb, int count, Planes* __restrict planes,
   return top;
 }
 
+// Multiplies the channels of `count` pixels with gains in 256ths.
+void Multiply(const uint8_t* rgb, int count, const std::array<int, 3>& gain, uint8_t* balanced) {
+  for (int i = 0; i < count; ++i)
+    for (int c = 0; c < 3; ++c)
+      balanced[3 * i + c] =
+          static_cast<uint8_t>(std::min(255, (rgb[3 * i + c] * gain[c] + 128) >> 8));
+}
+
 struct Channels {
   const uint8_t *own, *next, *last, *high;
 };
@@ -165,6 +173,36 @@ HueLabeller::HueLabeller(const HueParams& params, const MarkerParams& marker)
     }
 }
 
+// A channel of the median pixel is raised to 1 / kOwnRatio of the largest: what is nearer is the
+// water's own (at most 1.2 in the path-traced pairs). Dark water tells nothing.
+void HueLabeller::LearnCast(const Image3u8& rgb) {
+  constexpr int kStep_px = 8, kLeastMedian_dn = 16;
+  constexpr double kOwnRatio = 1.25;
+  std::array<std::array<int, 256>, 3> count{};
+  int pixels = 0;
+  for (int v = kStep_px / 2; v < rgb.height(); v += kStep_px)
+    for (int u = kStep_px / 2; u < rgb.width(); u += kStep_px, ++pixels)
+      for (int c = 0; c < 3; ++c) ++count[c][rgb.at(u, v)[c]];
+  std::array<int, 3> median{};
+  for (int c = 0; c < 3; ++c)
+    for (int below = count[c][0]; 2 * below < pixels; below += count[c][++median[c]]) {
+    }
+  const int top = *std::ranges::max_element(median);
+  for (int c = 0; c < 3; ++c) {
+    const double ratio = static_cast<double>(top) / std::max(1, median[c]);
+    gain_[c] =
+        top < kLeastMedian_dn
+            ? kUnit
+            : static_cast<int>(kUnit * std::clamp(ratio / kOwnRatio, 1.0, params_.most_cast_gain));
+  }
+}
+
+std::array<double, 3> HueLabeller::cast_gain() const {
+  std::array<double, 3> gain{};
+  for (int c = 0; c < 3; ++c) gain[c] = static_cast<double>(gain_[c]) / kUnit;
+  return gain;
+}
+
 // Adds the pairs of neighbours of the same hue of a run of a row that starts at `first`; begin >
 // first looks one pixel back. They count with the lesser chroma: a lone pixel does not count.
 void HueLabeller::CountPairs(const Image1u8& labels, int ball, int row, int first, int begin,
@@ -204,14 +242,26 @@ void HueLabeller::Label(const Image3u8& rgb, const PixelRegion& region, Image1u8
   own_chroma_pixels_ = params_.OwnChromaPixels(rgb.width(), rgb.height());
   labelled_runs_.clear();
 
+  // of a part of an image the marker may be most
+  if (region.column_begin == 0 && region.row_begin == 0 && region.column_end == rgb.width() &&
+      region.row_end == rgb.height())
+    LearnCast(rgb);
+  const bool has_cast = gain_ != std::array{kUnit, kUnit, kUnit};
+
   Planes planes;
+  std::array<uint8_t, 3 * kRun> balanced;
   for (int v = region.row_begin; v < region.row_end; ++v)
     for (int u = region.column_begin; u < region.column_end; u += kRun) {
       const int count = std::min(kRun, region.column_end - u);
       uint8_t* label = labels->at(u, v);
       const uint8_t* chroma = chroma_.at(u, v);
       std::memset(label, 0, static_cast<size_t>(count));
-      if (Split(rgb.at(u, v), count, &planes, chroma_.at(u, v)) < params_.chroma_floor_dn) continue;
+      const uint8_t* pixels = rgb.at(u, v);
+      if (has_cast) {
+        Multiply(pixels, count, gain_, balanced.data());
+        pixels = balanced.data();
+      }
+      if (Split(pixels, count, &planes, chroma_.at(u, v)) < params_.chroma_floor_dn) continue;
       std::array<int, kMaxBalls> top{};
       int top_of_all = 0;
       for (const Window& window : windows_) {

@@ -9,6 +9,10 @@
 // `own_chroma_image_share` of the image's pixels, of its hue, reach, each together with its
 // neighbour on the left; so a few stray pixels do not set it, and it needs no knowledge of where
 // the ball is.
+//
+// Before that a cast is taken out, as a white balance leaves it in green water: the water's own
+// light is near grey, so where the median pixel of a whole image is not, its dim channels are
+// raised.
 
 #include <array>
 #include <cstdint>
@@ -29,6 +33,7 @@ struct HueParams {
   // 40 pixels of 640 x 480: a quarter of a ball's disc at 1.6 m in the default rig, whatever the
   // number of its pixels
   double own_chroma_image_share = 1.3021e-4;
+  double most_cast_gain = 2.5;  // guess: beyond it a channel has little but noise
 
   static void Fields(auto& self, auto&& field) {
     field("window_rad", self.window_rad, InRange(0.01, 1.5), "half width of the hue window");
@@ -39,6 +44,8 @@ struct HueParams {
     field(
         "own_chroma_image_share", self.own_chroma_image_share, InRange(0, 1),
         "share of the image's pixels, of the ball's hue, that reach what counts as its own chroma");
+    field("most_cast_gain", self.most_cast_gain, InRange(1, 10),
+          "most that a channel is raised by to take a cast out of the image; 1: not at all");
   }
 
   // That share as a number of pixels.
@@ -63,11 +70,15 @@ class HueLabeller {
     Label(rgb, {0, 0, rgb.width(), rgb.height()}, labels);
   }
 
+  // What the channels are raised by, as the last whole image had it.
+  std::array<double, 3> cast_gain() const;
+
   // Least chroma of a match with that ball in the image labelled last, 8-bit steps. The floor where
   // too few pixels have its hue.
   int threshold_dn(int ball) const { return threshold_dn_[static_cast<size_t>(ball)]; }
 
  private:
+  static constexpr int kUnit = 256;
   // A fraction whose products with 8-bit numbers fit 16 bits.
   struct Fraction {
     int16_t numerator = 0, denominator = 1;
@@ -84,13 +95,15 @@ class HueLabeller {
     int t = 0, above = 0;
   };
   static Fraction NearestFraction(double x);
+  void LearnCast(const Image3u8& rgb);
   void CountPairs(const Image1u8& labels, int ball, int row, int first, int begin, int end);
 
   HueParams params_;
   int ball_count_;
   std::vector<Window> windows_;
   std::array<OwnChroma, kMaxBalls> own_{};
-  int own_chroma_pixels_ = 1;  // of the image labelled last
+  int own_chroma_pixels_ = 1;                     // of the image labelled last
+  std::array<int, 3> gain_{kUnit, kUnit, kUnit};  // of the channels, in 256ths
   std::array<int, kMaxBalls> threshold_dn_{};
   Image1u8 chroma_;
   std::vector<int> labelled_runs_;  // first pixels of the runs that hold a label

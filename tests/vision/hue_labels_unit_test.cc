@@ -304,6 +304,37 @@ TEST(HueLabeller, PairsNoPixelWithOneOutsideItsRegion) {
   EXPECT_LT(labeller.threshold_dn(0), 32);
 }
 
+// Grey water and a red ball, both with a cast; the ball's hue is back where the water is grey.
+TEST(HueLabeller, TakesACastOutOfWholeImagesWithinItsBound) {
+  const auto gain_of = [](std::array<int, 3> water, double most) {
+    HueLabeller labeller({.most_cast_gain = most}, MarkerParams{});
+    Image1u8 labels;
+    labeller.Label(Plain(64, 64, water), &labels);
+    return labeller.cast_gain();
+  };
+  using Gain = std::array<double, 3>;
+  EXPECT_EQ(gain_of({50, 60, 60}, 2.5), (Gain{1, 1, 1})) << "the water's own";
+  EXPECT_EQ(gain_of({4, 15, 8}, 2.5), (Gain{1, 1, 1})) << "dark";
+  EXPECT_EQ(gain_of({40, 100, 64}, 2.5), (Gain{2, 1, 1.25}));
+  EXPECT_EQ(gain_of({1, 100, 64}, 2.5), (Gain{2.5, 1, 1.25}));
+  EXPECT_EQ(gain_of({40, 100, 64}, 1), (Gain{1, 1, 1}));
+
+  HueLabeller labeller(HueParams{}, MarkerParams{});
+  Image1u8 labels;
+  Image3u8 image = Plain(64, 64, {40, 100, 64});
+  PaintBlock(&image, 20, 20, 8, {110, 110, 70});  // yellow; in grey water (220, 110, 88)
+  labeller.Label(image, &labels);
+  EXPECT_EQ(*labels.at(24, 24), 2) << "red";
+  // A part of an image may be all marker: it teaches nothing, and what was learned counts on.
+  const PixelRegion part{16, 16, 32, 32};
+  labeller.Label(image, part, &labels);
+  EXPECT_EQ(*labels.at(24, 24), 2);
+  labeller.Label(Plain(64, 64, {1, 100, 64}), part, &labels);
+  EXPECT_EQ(labeller.cast_gain(), (Gain{2, 1, 1.25}));
+  labeller.Label(Plain(64, 64, {60, 60, 60}), &labels);
+  EXPECT_EQ(labeller.cast_gain(), (Gain{1, 1, 1}));
+}
+
 TEST(CheckHues, SaysByHowMuchTwoBallsDiffer) {
   MarkerParams marker;
   marker.balls[0].name = "lime";
