@@ -80,14 +80,12 @@ class Flyer {
       : clock_(scenario.clock),
         commands_(commands),
         kinds_(scenario.vehicle.thrusters.Of(vehicle::NamesOf(scene.thrusters), "thrusters")),
-        plant_(scene, scenario.vehicle, scenario.clock,
+        plant_(scene, WithoutDeadTime(scenario.vehicle), scenario.clock,
                trial::SeaOf(scenario, SeedTree(0).Stream("sea"))) {
     constexpr double kForgotten = 8;  // e^-8 of what the thrusters did before is left
-    const vehicle::ThrusterParams& thrusters = scenario.vehicle.thrusters;
-    double memory_s = kForgotten * thrusters.lag_s + thrusters.dead_time_s;
-    for (const auto& thruster : thrusters.individual)
-      memory_s = std::max(memory_s, kForgotten * thruster.lag_s + thruster.dead_time_s);
-    warm_up_ticks_ = static_cast<int64_t>(std::ceil(memory_s / clock_.dt_s()));
+    double lag_s = 0;
+    for (const vehicle::ThrusterKind& kind : kinds_) lag_s = std::max(lag_s, kind.lag_s);
+    warm_up_ticks_ = static_cast<int64_t>(std::ceil(kForgotten * lag_s / clock_.dt_s()));
   }
 
   void Fly(const Window& window, Flight* flight) {
@@ -122,13 +120,25 @@ class Flyer {
  private:
   bool Step() { return !plant_.Step(CommandNow()).has_value(); }
 
-  // Ticks may be long here: where commands change within one, what has the mean of their thrusts.
+  // Ticks may be long here: dead times, which the plant rounds to them, are taken off the commands.
+  static vehicle::VehicleParams WithoutDeadTime(vehicle::VehicleParams params) {
+    params.thrusters.dead_time_s = 0;
+    for (auto& thruster : params.thrusters.individual) thruster.dead_time_s = 0;
+    return params;
+  }
+
+  // Where a command changes within a tick, what has the mean of the thrusts.
   ThrusterCommand CommandNow() const {
-    const double now_s = plant_.time_s();
-    const auto parts = commands_.Within(now_s, now_s + clock_.dt_s());
-    ThrusterCommand command = *parts.front().command;
-    if (parts.size() == 1) return command;
+    ThrusterCommand command;
+    command.volts.resize(kinds_.size());
+    std::vector<control::Playback::Part> parts;
     for (size_t i = 0; i < kinds_.size(); ++i) {
+      if (i == 0 || kinds_[i].dead_time_s != kinds_[i - 1].dead_time_s) {
+        const double sent_s = plant_.time_s() - kinds_[i].dead_time_s;
+        parts = commands_.Within(sent_s, sent_s + clock_.dt_s());
+      }
+      command.volts[i] = parts.front().command->volts[i];
+      if (parts.size() == 1) continue;
       double newton = 0;
       for (const auto& [share, part] : parts) newton += share * kinds_[i].Thrust(part->volts[i]);
       command.volts[i] = kinds_[i].Volts(newton);

@@ -85,6 +85,33 @@ def test_a_flight_is_that_of_endless_steps(scenario, commands):
     assert far[256] < 1e-4 < 5e-4 < far[16]
 
 
+@pytest.mark.parametrize("late", ["all", "one"])
+def test_a_dead_time_is_no_number_of_steps(scenario, commands, late):
+    """Poses that are 37 ms late are those of thrusters that are, and one that is late has its commands late."""
+    lateness_s, short = 0.037, {name: column[:200] for name, column in commands.items()}
+    flown = {name: column for name, column in short.items()}
+    if late == "one":
+        flown["time_s"] = np.union1d(short["time_s"], short["time_s"] + lateness_s)
+        for name in short.keys() - {"time_s"}:
+            since = flown["time_s"] - lateness_s * (name == "surge_left_v")
+            flown[name] = np.append(2.5, short[name])[np.searchsorted(short["time_s"], since + 1e-9, side="right")]
+    log = logs.log_of(scenario, {}, flown, np.random.default_rng(7), lateness_s if late == "all" else 0, 5e-4, 5e-4)
+    told = np.isin(log["time_s"], short["time_s"])
+    for name in short.keys() - {"time_s"}:
+        log[name] = np.full(len(told), np.nan)
+        log[name][told] = short[name]
+    kind = {"thrusters.dead_time_s": lateness_s} if late == "all" else {
+        "thrusters.individual": [{"thruster": "surge_left", "dead_time_s": lateness_s}]}
+    vehicle = turbidock.Scenario("pool_active", settings={f"vehicle.{key}": value for key, value in kind.items()})
+    task = _task.Task(log, vehicle, "still", 0, 1)
+    parts, z = task.parts(0), np.zeros(len(task.parameters))
+    task.problem.held[:] = True
+    task.problem.held[at := task.problem.index["delay.pose"]] = False
+    z, _, linear = solve(task.problem, parts, z)
+    assert abs(task.parameters[at].value(z[at])) < 5e-4
+    assert np.sqrt(np.mean([np.mean(one.raw["position"]**2) for one in linear])) < 5.2e-4
+
+
 def test_planted_parameters_are_found_again(simulated):
     values, _, fit = simulated
     values = {**values, "delay.pose": logs.OFFSET_S}
