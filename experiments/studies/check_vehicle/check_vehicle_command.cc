@@ -98,9 +98,10 @@ bool Convert(const std::string& urdf, const fs::path& mjcf) {
     throw ConfigError(fmt::format("{}: its links weigh {} kg, {} {} kg", urdf,
                                   FormatNumber(vehicle.body.mass_kg), mjcf.string(),
                                   FormatNumber(kg)));
-  fmt::print(stderr, "{}: {:.4g} kg, as {} has in {} link{}; {} thruster{}\n", mjcf.string(), kg,
-             urdf, vehicle.links, vehicle.links == 1 ? "" : "s", vehicle.thrusters.size(),
-             vehicle.thrusters.size() == 1 ? "" : "s");
+  fmt::print(stderr, "{}: {:.4g} kg, as {} has in {} link{}; {} thruster{}{}{}\n", mjcf.string(),
+             kg, urdf, vehicle.links, vehicle.links == 1 ? "" : "s", vehicle.thrusters.size(),
+             vehicle.thrusters.size() == 1 ? "" : "s", vehicle.thrusters.empty() ? "" : ": ",
+             fmt::join(vehicle.thrusters, ", "));
   std::error_code ignored;
   if (!fs::exists(data, ignored)) {
     std::string text = "rigid_body:  # of the URDF\n";

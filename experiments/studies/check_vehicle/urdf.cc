@@ -74,14 +74,10 @@ class Reader {
     for (const auto& [link, node] : links_)
       if (link != "world") poses_[link] = PoseIn(root, link);
     SumBody();
-    for (const auto& [link, joint] : joints_) {
-      if (joint.type == "continuous") out_.thrusters.push_back(link);
+    for (const auto& [link, joint] : joints_)
       if (joint.type != "fixed" && link != root)
         out_.held.push_back(joint.name + " (" + joint.type + ")");
-    }
-    if (out_.thrusters.empty())
-      for (const auto& [link, pose] : poses_)
-        if (Lower(link).find("thruster") != std::string::npos) out_.thrusters.push_back(link);
+    FindThrusters();
     for (const auto& [link, pose] : poses_) AddLink(link, link == root);
     Write(root);
     return out_;
@@ -176,6 +172,26 @@ class Reader {
       X.q = FromYawPitchRoll(turn.z(), turn.y(), turn.x());
     }
     return X;
+  }
+
+  // By their names: those on joints that turn for ever, else all. What only holds or watches one is
+  // none. Without such names what turns for ever.
+  void FindThrusters() {
+    std::vector<std::string> named, turning, both;
+    for (const auto& [link, joint] : joints_) {
+      const auto is_called = [&](const char* word) {
+        return Lower(link).find(word) != std::string::npos;
+      };
+      constexpr std::array kThruster = {"thruster", "propeller"};
+      constexpr std::array kOther = {"bracket", "mount", "guard", "sensor", "holder"};
+      const bool is_named =
+          std::ranges::any_of(kThruster, is_called) && std::ranges::none_of(kOther, is_called);
+      const bool turns = joint.type == "continuous";
+      if (is_named) named.push_back(link);
+      if (turns) turning.push_back(link);
+      if (is_named && turns) both.push_back(link);
+    }
+    out_.thrusters = !both.empty() ? both : !named.empty() ? named : turning;
   }
 
   // The one link that stands on none, or on a link named world, which is no part of the vehicle.

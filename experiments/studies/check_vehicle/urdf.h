@@ -14,7 +14,7 @@ struct UrdfVehicle {
   std::string mjcf;                    // text of the file
   vehicle::RigidBodyParams body;       // of all links, about their common centre of mass
   int links = 0;                       // with a mass
-  std::vector<std::string> thrusters;  // those on joints that turn for ever, else named *thruster*
+  std::vector<std::string> thrusters;  // links of such a name, else those that turn for ever
   std::vector<std::string> held;       // joints that could move: "arm (revolute)"
   std::vector<std::string> not_drawn;  // meshes that MuJoCo does not read: "hull.dae of base_link"
 };

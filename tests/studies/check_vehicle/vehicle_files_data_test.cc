@@ -63,6 +63,13 @@ std::vector<Variant> OfUrdf() {
   return {
       Urdf("root link, a thruster on a fixed joint", {}),
       Urdf("thruster on a continuous joint", {{fixed, "type=\"continuous\""}}),
+      Urdf("an arm on a continuous joint, a thruster's bracket",
+           {{end,
+             "<link name=\"arm\"/><joint name=\"turn\" type=\"continuous\"><parent "
+             "link=\"base_link\"/><child link=\"arm\"/></joint><link "
+             "name=\"thruster_mount\"/><joint "
+             "name=\"mount\" type=\"fixed\"><parent link=\"base_link\"/><child "
+             "link=\"thruster_mount\"/></joint></robot>"}}),
       Urdf("an arm on a revolute joint", {{fixed, "type=\"revolute\""}, {"thruster1", "arm"}}),
       Urdf("a joint of no type", {{fixed, ""}}),
       Urdf("link world, floating joint",
