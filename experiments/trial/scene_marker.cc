@@ -82,6 +82,31 @@ void RequireInScene(const std::vector<MarkerPart>& known, const std::vector<Mark
   }
 }
 
+// Whether a tag is painted in the scene as a family has it. Of a few cells one may be hidden.
+bool IsOf(vision::TagFamily family, const vehicle::TagInScene& tag, const vehicle::Scene& scene) {
+  if (tag.id >= vision::TagCount(family)) return false;
+  const vision::TagCells cells = vision::CellsOf(family, tag.id);
+  const std::vector<float> seen = vehicle::BrightnessOf(scene, tag, cells.across);
+  const float middle = 0.5F * (std::ranges::max(seen) + std::ranges::min(seen));
+  size_t wrong = 0;
+  for (size_t i = 0; i < seen.size(); ++i) wrong += (seen[i] > middle) != cells.white[i];
+  return wrong * 20 < seen.size();
+}
+
+// ConfigError for a family of which the scene's tags are not, but of another.
+void RequireFamily(vision::TagFamily known, const std::vector<vehicle::TagInScene>& tags,
+                   const vehicle::Scene& scene) {
+  for (const vehicle::TagInScene& tag : tags) {
+    if (IsOf(known, tag, scene)) continue;
+    for (const auto& [family, name] : EnumNames<vision::TagFamily>::kNames)
+      if (IsOf(family, tag, scene))
+        throw ConfigError("fiducial.family",
+                          fmt::format("tag {} of the scene is one of {}; set marker_may_differ to "
+                                      "run all the same",
+                                      tag.id, name));
+  }
+}
+
 const std::vector<vision::TagParams>& KnownTags(const Scenario& scenario) {
   return scenario.plugins.ParamsOf<vision::FiducialParams>().tags;
 }
@@ -151,9 +176,11 @@ void CheckTags(const Scenario& scenario, const vehicle::Scene& scene) {
   std::vector<MarkerPart> known, real;
   for (const vision::TagParams& tag : KnownTags(scenario))
     known.push_back({fmt::format("tag {}", tag.id), tag.p_MT_m, tag.size_m, tag.X_MT().q});
-  for (const vehicle::TagInScene& tag : vehicle::TagsOf(scene))
+  const std::vector<vehicle::TagInScene> tags = vehicle::TagsOf(scene);
+  for (const vehicle::TagInScene& tag : tags)
     real.push_back({fmt::format("tag {}", tag.id), tag.X_MT.p, tag.size_m, tag.X_MT.q});
   RequireInScene(known, real, "fiducial.tags", scenario.model);
+  RequireFamily(scenario.plugins.ParamsOf<vision::FiducialParams>().family, tags, scene);
 }
 
 std::string TagsMjcf(const vision::FiducialParams& fiducial) {

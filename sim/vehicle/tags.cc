@@ -43,4 +43,25 @@ std::vector<TagInScene> TagsOf(const Scene& scene) {
   return tags;
 }
 
+std::vector<float> BrightnessOf(const Scene& scene, const TagInScene& tag, int across) {
+  const mjModel& m = *scene.model;
+  const MjDataPtr d(mj_makeData(&m));
+  mj_kinematics(&m, d.get());
+  const Pose X_WT = SitePose(*d, scene.marker_site) * tag.X_MT;
+  const double cell_m = tag.size_m / (across - 2), middle = 0.5 * (across - 1);
+  const Eigen::Vector3d way_W = X_WT.q * Eigen::Vector3d::UnitX();
+  std::vector<float> brightness;
+  for (int row = 0; row < across; ++row)
+    for (int column = 0; column < across; ++column) {
+      const Eigen::Vector3d p_W = X_WT * Eigen::Vector3d(-0.5 * cell_m, (middle - column) * cell_m,
+                                                         (middle - row) * cell_m);
+      int geom = -1;
+      const mjtByte drawn[mjNGROUP] = {1, 1, 1, 0, 1, 1};
+      mj_ray(&m, d.get(), p_W.data(), way_W.data(), drawn, /*flg_static=*/1, scene.vehicle_body,
+             &geom);
+      brightness.push_back(geom < 0 ? 0 : m.geom_rgba[4 * geom + 1]);
+    }
+  return brightness;
+}
+
 }  // namespace turbidock::vehicle

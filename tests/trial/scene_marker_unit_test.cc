@@ -196,6 +196,10 @@ TEST(SceneTags, AreTakenAndMustBeThere) {
   EXPECT_EQ(tags[0].size_m, 0.066);
   const auto refusal = [](Scenario changed) { return MessageOf([&] { RunTrial(changed); }); };
   EXPECT_EQ(refusal(scenario), "no error");
+  auto& family = scenario.plugins.ParamsOf<vision::FiducialParams>().family;
+  family = vision::TagFamily::k36h11;
+  EXPECT_THAT(refusal(scenario), HasSubstr("tag 0 of the scene is one of 16h5"));
+  family = vision::TagFamily::k16h5;
   tags[1].p_MT_m.z() += 0.002;
   EXPECT_THAT(refusal(scenario), HasSubstr("tag 1 is known at [0.105, -0.155, 0.082] m"));
   tags[1].p_MT_m.z() -= 0.002;
