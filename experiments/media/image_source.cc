@@ -75,12 +75,21 @@ VideoTimes TimesOf(const std::string& file) {
   try {
     system::Subprocess ffprobe(
         {"ffprobe", "-v", "error", "-select_streams", "v:0", "-of", "json", "-show_entries",
-         "packet=pts_time,flags:stream=nb_frames:format=duration,nb_streams", "file:" + file},
+         "packet=pts_time,flags:stream=nb_frames:stream_side_data=rotation:"
+         "format=duration,nb_streams",
+         "file:" + file},
         "ffmpeg");
     said = Json::parse(ffprobe.Finish());
   } catch (const SimulatorFault&) {
     return out;  // ffmpeg will say why
   }
+  for (const Json& data : said["streams"][0].value("side_data_list", Json::array()))
+    if (const int turned_deg = data.value("rotation", 0); turned_deg != 0)
+      throw ConfigError(
+          fmt::format("{}: says that it is stored turned (by {} degrees), which not every program "
+                      "heeds; take that out (ffmpeg -i IN -metadata:s:v rotate=0 -c copy OUT) "
+                      "or turn its pixels (ffmpeg -i IN OUT)",
+                      file, turned_deg));
   size_t shown = 0;
   for (const Json& packet : said["packets"]) {
     ++shown;
@@ -217,7 +226,8 @@ std::string GapIn(const std::vector<std::string>& files) {
   return gap;
 }
 
-void RequirePairs(const Stereo<std::vector<std::string>>& files) {
+// Whether files are paired by the numbers, or names, that they have in common.
+bool RequirePairs(const Stereo<std::vector<std::string>>& files) {
   const auto& [left_files, right_files] = files;
   const size_t pairs = std::min(left_files.size(), right_files.size());
   for (size_t i = 0; i < pairs; ++i)
@@ -229,11 +239,12 @@ void RequirePairs(const Stereo<std::vector<std::string>>& files) {
   };
   if (std::ranges::find_first_of(left_files, right_files, are_near, MomentOf, MomentOf) ==
       left_files.end())
-    return;
+    return false;
   for (size_t i = 0; i < pairs; ++i)
     if (!are_near(MomentOf(left_files[i]), MomentOf(right_files[i])))
       throw ConfigError(fmt::format("{} and {} are no pair: the file beside one of them is missing",
                                     left_files[i], right_files[i]));
+  return true;
 }
 
 }  // namespace
@@ -270,6 +281,21 @@ std::unique_ptr<ImageSource> OpenImages(const std::string& name) {
   return std::make_unique<DecodedImages>(name);
 }
 
+std::vector<std::string> ImagePairs::notes() const {
+  std::vector<std::string> notes = notes_;
+  std::vector<double> apart = apart_;
+  std::ranges::sort(apart);
+  constexpr double kTogether = 0.02;  // of a step: cameras that are triggered together
+  if (!apart.empty() && apart[apart.size() / 2] > kTogether * step_)
+    notes.push_back(fmt::format(
+        "Left and right images are {:.3g} apart by {} (median; {:.3g} at most), where steps are "
+        "{:.3g}: what moves aside by dy meanwhile seems x dy / baseline nearer or farther.",
+        apart[apart.size() / 2],
+        times_s_.left.empty() ? "the numbers in their names" : "the films' times in seconds",
+        apart.back(), step_));
+  return notes;
+}
+
 ImagePairs::ImagePairs(const Stereo<std::string>& names) : names_(names) {
   for (const Side side : kSides) {
     sources_[side] = OpenImages(names[side]);
@@ -279,10 +305,14 @@ ImagePairs::ImagePairs(const Stereo<std::string>& names) : names_(names) {
     throw ConfigError(fmt::format("{} and {}: one is a still image and the other is not",
                                   names.left, names.right));
   const Stereo<std::vector<std::string>> files = names.Each(FilesOf);
-  RequirePairs(files);
+  if (RequirePairs(files))
+    for (size_t i = 0; i < std::min(files.left.size(), files.right.size()); ++i)
+      apart_.push_back(std::abs(MomentOf(files.left[i]).first - MomentOf(files.right[i]).first));
+  step_ = std::min(StepOf(NumbersOf(files.left)), StepOf(NumbersOf(files.right)));
   if (const std::string gap = GapIn(files.left); !gap.empty()) notes_.push_back(gap);
   const auto& [left, right] = times_s_;
-  tolerance_s_ = 0.5 * std::min(StepOf(left), StepOf(right));
+  if (!left.empty()) step_ = std::min(StepOf(left), StepOf(right));
+  tolerance_s_ = left.empty() ? 0 : 0.5 * step_;
   const bool are_apart =
       tolerance_s_ > 0 && (left.back() < right.front() || right.back() < left.front());
   if (are_apart)
@@ -303,7 +333,10 @@ bool ImagePairs::Next(StereoImage* pair) {
   Stereo<bool> has{has_next(Side::kLeft), has_next(Side::kRight)};
   while (has.left && has.right) {
     const double left_s = time_s(Side::kLeft), right_s = time_s(Side::kRight);
-    if (!(std::abs(left_s - right_s) > tolerance_s_)) return true;
+    if (!(std::abs(left_s - right_s) > tolerance_s_)) {
+      if (std::isfinite(left_s - right_s)) apart_.push_back(std::abs(left_s - right_s));
+      return true;
+    }
     const Side early = left_s < right_s ? Side::kLeft : Side::kRight;
     if (!std::exchange(has_left_out_[early], true))
       notes_.push_back(

@@ -49,7 +49,7 @@ class ImagePairs {
   // After the last pair: why there should be more; empty when there should not.
   const std::string& incomplete() const { return incomplete_; }
   // What a user should know of the pairs so far: sentences.
-  const std::vector<std::string>& notes() const { return notes_; }
+  std::vector<std::string> notes() const;
 
  private:
   Stereo<std::string> names_;
@@ -58,6 +58,8 @@ class ImagePairs {
   Stereo<size_t> seen_;
   Stereo<bool> has_left_out_;
   double tolerance_s_ = 0;
+  double step_ = 0;            // between images of a side: seconds of films, else of names' numbers
+  std::vector<double> apart_;  // by how much the images of pairs differ, likewise
   std::vector<std::string> notes_;
   std::string incomplete_;
 };

@@ -233,6 +233,12 @@ std::vector<std::string> Videos() {
       Row("video", "Matroska", both("mkv", "-c:v ffv1")),
       Row("video", "AVI", both("avi", "-c:v ffv1")),
       Row("video", "MP4 with B-frames", both("mp4", "-c:v libx264 -qp 0")),
+      Row("video", "MP4 that says it is turned",
+          [=] {
+            const std::string plain = make("l.mp4", "-c:v libx264 -qp 0");
+            Ffmpeg("-i " + plain + " -c copy -metadata:s:v rotate=180 " + folder + "turned.mp4");
+            return PairsOf(folder + "turned.mp4", plain);
+          }),
       Row("video", "MPEG transport stream", both("ts", "-c:v libx264 -qp 0")),
       Row("video", "raw H.264, no times", both("h264", "-c:v libx264 -qp 0")),
       Row("video", "Matroska, cut off", both("mkv", "-c:v mjpeg -q:v 1", 0.6)),
