@@ -48,9 +48,9 @@ def test_a_lane_is_taken_by_its_number_else_refused(tmp_path, said):
 
     assert x("one.bin", "XKF1") == x("two.bin", "XKF1[0]") == [0, 1, 2, 3, 4]
     assert x("two.bin", "XKF1[1]") == [100, 101, 102, 103, 104]
-    with pytest.raises(turbidock.ConfigError, match=r"two.bin: XKF1 comes from 2 sources: say which of XKF1\[0\], XKF1\[1\]$"):
+    with pytest.raises(turbidock.ConfigError, match=r"two.bin: XKF1 comes from 2 sources: say which of 'XKF1\[0\]', 'XKF1\[1\]'$"):
         x("two.bin", "XKF1")
-    with pytest.raises(turbidock.ConfigError, match=r"two.bin: has no XKF1\[2\]; it has XKF1\[0\], XKF1\[1\]$"):
+    with pytest.raises(turbidock.ConfigError, match=r"two.bin: has no XKF1\[2\]; it has 'XKF1\[0\]', 'XKF1\[1\]'$"):
         x("two.bin", "XKF1[2]")
 
 
@@ -65,7 +65,7 @@ def test_a_child_of_tf_is_taken_by_its_name_else_refused(tmp_path):
     file = maker.close()
     bag = logs.read_bag(file, {"motion": {"odometry": "/tf[base_link]"}})
     assert list(bag.motion["vehicle_x_m"]) == [0, 1, 2, 3, 4]
-    with pytest.raises(turbidock.ConfigError, match=r"/tf comes from 2 sources: say which of /tf\[base_link\], /tf\[sonar\]"):
+    with pytest.raises(turbidock.ConfigError, match=r"/tf comes from 2 sources: say which of '/tf\[base_link\]', '/tf\[sonar\]'"):
         logs.read_bag(file, {"motion": {"odometry": "/tf"}})
 
 

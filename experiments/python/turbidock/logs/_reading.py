@@ -154,7 +154,7 @@ class Sources:
         for name in sorted(self.wanted):
             topic, source = split(name)
             found = sorted(self._found[topic])
-            names = ", ".join(f"{topic}[{each}]" for each in found)
+            names = ", ".join(f"'{topic}[{each}]'" for each in found)  # as YAML wants them within braces
             if source and found and source not in found:
                 raise ConfigError(f"{files}: has no {name}; it has {names}")
             if not source and len(found) > 1:
