@@ -14,7 +14,7 @@ import numpy as np
 
 from turbidock import _core
 from turbidock.logs import identify
-from turbidock.logs._rotation import product, turned
+from turbidock._rotation import product, turned
 from turbidock.logs._parameters import AXES, parameters_of, scenario_with, still
 from turbidock.scenario import Scenario
 

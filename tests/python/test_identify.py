@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import turbidock
-from turbidock import _core
-from turbidock.logs import _log, _output_error, _rotation, _task, excitation, identify
+from turbidock import _core, _rotation
+from turbidock.logs import _log, _output_error, _task, excitation, identify
 from turbidock.logs._output_error import moved, solve
 from turbidock.logs.motion import POSITION, QUATERNION, read_motion, write_motion
 

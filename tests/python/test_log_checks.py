@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import turbidock
-from turbidock import _core
-from turbidock.logs import _log, _rotation
+from turbidock import _core, _rotation
+from turbidock.logs import _log
 from turbidock.logs.motion import POSITION, QUATERNION, TURN_RATE, VELOCITY
 
 TIME_S = np.arange(0, 30, 0.05)

@@ -10,7 +10,7 @@ import numpy as np
 
 import turbidock
 from turbidock import _core
-from turbidock.logs import _log, _rotation
+from turbidock.logs import _log
 from turbidock.frames import rotation
 from turbidock.logs.motion import read_motion, write_motion
 

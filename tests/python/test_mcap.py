@@ -15,6 +15,7 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.descriptor_pool import Default, DescriptorPool
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
+from mcap_ros2.decoder import DecoderFactory as Ros2Factory
 from PIL import Image
 
 import turbidock
@@ -48,11 +49,11 @@ def docked(tmp_path_factory):
     return folder
 
 
-def messages(file, topic):
+def messages(file, topic, decoder=DecoderFactory):
     """Log time [ns], publish time [ns] and message of each, decoded by the schemas in the file alone."""
     with open(file, "rb") as stream:
         return [(message.log_time, message.publish_time, decoded) for _, _, message, decoded in
-                make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages(topics=[topic])]
+                make_reader(stream, decoder_factories=[decoder()]).iter_decoded_messages(topics=[topic])]
 
 
 def place(pose, at="position", turn="orientation"):
@@ -102,6 +103,35 @@ def test_steps_of_the_physics_come_along(tmp_path):
     assert {field.name for field in found[0][2].DESCRIPTOR.fields} == set(log)
     for column, values in log.items():
         assert np.array_equal([getattr(m, column) for _, _, m in found], values, equal_nan=True)
+
+
+def test_as_messages_of_ros_2_it_is_the_same_for_their_readers(trial, tmp_path):
+    """Read by the schemas in the file alone, and by turbidock-bag."""
+    file, log = logs.to_mcap(trial, tmp_path / "ros2.mcap", ros2=True), rows(trial)
+
+    def found(topic):
+        return messages(file, topic, Ros2Factory)
+
+    for _, ns, m in found("/estimate"):
+        assert (m.header.stamp.sec * 10**9 + m.header.stamp.nanosec, m.header.frame_id) == (ns, "camera_head")
+    assert np.array_equal([place(m.pose) for _, _, m in found("/estimate")], log[[f"est_{axis}" for axis in POSE]])
+    moving = [{t.child_frame_id: t for t in m.transforms} for _, _, m in found("/tf")]
+    assert {child: t.header.frame_id for child, t in moving[3].items()} == {
+        "vehicle": "world", "marker": "world", "marker_estimated": "camera_head"}
+    assert [m.stage for _, _, m in found("/state")] == list(log["stage"])
+    assert [m.level for _, _, m in found("/log")][::2] == [20, 30]  # information, warning
+    for topic in ("/left/image", "/right/image"):
+        assert [(ns, m.data) for _, ns, m in found(topic)] == [(ns, m.data) for _, ns, m in messages(trial / "trial.mcap", topic)]
+    (_, _, info), (_, _, known) = found("/right/camera_info")[0], messages(trial / "trial.mcap", "/right/calibration")[0]
+    assert (info.width, list(info.k), list(info.p)) == (known.width, list(known.K), list(known.P))
+    volts = ["surge_left_v", "surge_right_v", "sway_v", "heave_v"]
+    bag = logs.read_bag(file, {"images": {side: f"/{side}/image" for side in ("left", "right")},
+                               "camera_info": {side: f"/{side}/camera_info" for side in ("left", "right")},
+                               "motion": {"odometry": "/tf[vehicle]",
+                                          "commands": {"topic": "/commands", "field": volts, "columns": volts}}})
+    assert len(bag.pairs) == len(found("/left/image")) > 2
+    for column in ["time_s", *volts, *(f"vehicle_{axis}" for axis in POSE)]:
+        assert np.allclose(bag.motion[column], log[column], atol=1e-9), column
 
 
 def test_the_frames_put_the_marker_where_the_scene_has_it(docked):

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import ConfigError
-from ._rotation import conjugate, product, rotated, vector_of
+from .._rotation import conjugate, product, rotated, vector_of
 from .motion import DEPTH, POSITION, TURN_RATE, VELOCITY, Motion, has
 
 Numbers = npt.NDArray[np.float64]

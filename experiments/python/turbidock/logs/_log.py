@@ -13,7 +13,7 @@ import numpy.typing as npt
 from .. import _core
 from ..scenario import Scenario
 from ._checks import check_table, check_turn_rate, check_velocity
-from ._rotation import conjugate, product, quaternion_of, rotated, turned, vector_of
+from .._rotation import conjugate, product, quaternion_of, rotated, turned, vector_of
 from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, has, read_motion,
                      without_zeros, write_motion)
 

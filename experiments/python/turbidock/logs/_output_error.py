@@ -21,7 +21,7 @@ from .. import _core
 from ..scenario import Scenario
 from ._log import STATE, Log, Sensor, Window, errors
 from ._parameters import Parameter, plain_vehicle, scenario_with
-from ._rotation import product, rotated, turned
+from .._rotation import product, rotated, turned
 
 Numbers = npt.NDArray[np.float64]
 

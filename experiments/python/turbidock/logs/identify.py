@@ -31,7 +31,7 @@ from ._log import errors
 from ._output_error import (LEADS_ON, Linear, Numbers, Part, Reduced, correlation_time, disagreement, noise, reduce,
                             share_of_noise, solve)
 from ._parameters import AXES, FINDS, Parameter, data_of, parameters_to_find, plain_vehicle
-from ._rotation import angles_of, product, turned
+from .._rotation import angles_of, product, turned
 from ._task import BEFORE_S, WINDOW_S, MotionLike, Task, fitted
 from ._vehicle_file import vehicle_yaml
 from .excitation import drift, plan

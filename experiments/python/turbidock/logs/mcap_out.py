@@ -1,4 +1,5 @@
-"""Trials and estimates as MCAP, which Foxglove, Rerun and every reader of MCAP open: `to_mcap`, `turbidock-mcap`.
+"""Trials and estimates as MCAP, which Foxglove, Rerun and every reader of MCAP open: `to_mcap`, `turbidock-mcap`; with `--ros2`
+as messages of ROS 2, /left/camera_info for /left/calibration and without /scene.
 
 Messages are protobuf with Foxglove's schemas; rows of numbers have a schema of their own, which the file holds. Logged when
 the vehicle acted (simulated seconds); an image and an estimate are stamped with the image's exposure,
@@ -31,6 +32,7 @@ import re
 import tempfile
 from typing import Any, Iterable, Mapping, Sequence
 
+import numpy as np
 from foxglove_schemas_protobuf import (CameraCalibration_pb2, Color_pb2, CompressedImage_pb2, CubePrimitive_pb2,
                                        CylinderPrimitive_pb2, FrameTransform_pb2, FrameTransforms_pb2, Log_pb2, Point3_pb2,
                                        Pose_pb2, PoseInFrame_pb2, Quaternion_pb2, SceneEntity_pb2, SceneUpdate_pb2,
@@ -44,9 +46,10 @@ from mcap.well_known import MessageEncoding
 from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
 from PIL import Image
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from .. import _core
-from ..frames import rotation
+from .._rotation import product, rotated
 from ..results import Result
 from ..scenario import Path, Scenario
 from ..trial import Trial
@@ -54,12 +57,17 @@ from .motion import Motion, read_motion
 
 # x, y, z [m], qw, qx, qy, qz
 Place = Sequence[float]
+# What Foxglove's messages are in ROS 2, and where the fields of that are in them ("": they themselves).
+ROS = {"FrameTransforms": "tf2_msgs/msg/TFMessage", "PoseInFrame": "geometry_msgs/msg/PoseStamped", "Log": "rcl_interfaces/msg/Log",
+       "CompressedImage": "sensor_msgs/msg/CompressedImage", "CameraCalibration": "sensor_msgs/msg/CameraInfo"}
+NAMES = {"header": "", "transform": "", "stamp": "timestamp", "sec": "seconds", "nanosec": "nanos", "msg": "message", "d": "D",
+         "k": "K", "r": "R", "p": "P"}
 
 
 class McapFile:
     """An MCAP file that is being written; it has its name once it is whole. Times are nanoseconds."""
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file: Path, profile: str = "") -> None:
         self._name = os.fspath(file)
         self._types: dict[str, type[Message]] = {}
         self._schemas: dict[str, int] = {}
@@ -69,7 +77,7 @@ class McapFile:
         except OSError as error:
             raise _core.ConfigError(f"{self._name}: {error.strerror}") from None
         self._writer = Writer(self._stream)
-        self._writer.start(library=f"turbidock {_core.version()}")
+        self._writer.start(profile=profile, library=f"turbidock {_core.version()}")
 
     def __enter__(self) -> McapFile:
         return self
@@ -108,7 +116,7 @@ class McapFile:
         """Parent, child, pose of the child in the parent, and the moment of each."""
         self.write(topic, FrameTransforms_pb2.FrameTransforms(transforms=[
             FrameTransform_pb2.FrameTransform(timestamp=stamp(at), parent_frame_id=parent, child_frame_id=child,
-                                              translation=_vector(p[0], p[1], p[2]), rotation=_quaternion(p))
+                                              translation=(pose := _pose(p)).position, rotation=pose.orientation)
             for parent, child, p, at in transforms]), log_ns)
 
     def write_pose(self, topic: str, pose: Place, log_ns: int, stamp_ns: int) -> None:
@@ -123,6 +131,46 @@ class McapFile:
     def describe(self, **words: str) -> None:
         """The metadata `turbidock`."""
         self._writer.add_metadata("turbidock", words)
+
+
+class Ros2File(McapFile):
+    """The same as messages of ROS 2, but for the scene: for rosbag2 and `turbidock-bag`. Rows have no stamp."""
+
+    def __init__(self, file: Path) -> None:
+        super().__init__(file, "ros2")
+        self._store: Any = get_typestore(Stores.ROS2_HUMBLE)
+
+    def write(self, topic: str, message: Message, log_ns: int, stamp_ns: int | None = None) -> None:
+        name = message.DESCRIPTOR.name
+        if name == "SceneUpdate":
+            return
+        kind = ROS.get(name, f"turbidock_msgs/msg/{name}")
+        if kind not in self._store.types:
+            fields = message.DESCRIPTOR.fields
+            self._store.register(get_types_from_msg("".join(
+                f"{'string' if field.type == field.TYPE_STRING else 'float64'} {field.name}\n" for field in fields), kind))
+        if topic not in self._channels:
+            text, _ = self._store.generate_msgdef(kind, ros_version=2)
+            schema = self._writer.register_schema(kind, "ros2msg", text.encode())
+            self._channels[topic] = self._writer.register_channel(topic.replace("calibration", "camera_info"), "cdr", schema)
+        self._writer.add_message(self._channels[topic], log_ns, bytes(self._store.serialize_cdr(self._made(kind, message), kind)),
+                                 log_ns if stamp_ns is None else stamp_ns)
+
+    def _made(self, kind: str, given: Any) -> Any:
+        """A message of ROS 2 with what one of Foxglove's has; what that lacks is zero or empty."""
+        made: dict[str, Any] = {}
+        for name, (node, of) in self._store.fielddefs[kind][1]:
+            way = "parent_frame_id" if hasattr(given, "parent_frame_id") and name == "frame_id" else NAMES.get(name, name)
+            value: Any = getattr(given, way, None) if way else given
+            if node.name == "NAME":
+                made[name] = self._made(of, value)
+            elif node.name == "BASE":
+                made[name] = ("" if of[0] == "string" else 0) if value is None else 10 * value if name == "level" else value
+            elif of[0][0].name == "NAME":
+                made[name] = [self._made(of[0][1], each) for each in value]
+            else:
+                made[name] = np.frombuffer(value, np.uint8) if isinstance(value, bytes) else np.array(value)
+        return self._store.types[kind](**made)
 
 
 def stamp(ns: int) -> Timestamp:
@@ -149,20 +197,14 @@ def _vector(x: float, y: float, z: float) -> Vector3_pb2.Vector3:
     return Vector3_pb2.Vector3(x=x, y=y, z=z)
 
 
-def _quaternion(p: Place) -> Quaternion_pb2.Quaternion:
-    return Quaternion_pb2.Quaternion(w=p[3], x=p[4], y=p[5], z=p[6])
-
-
 def _pose(p: Place) -> Pose_pb2.Pose:
-    return Pose_pb2.Pose(position=_vector(p[0], p[1], p[2]), orientation=_quaternion(p))
+    return Pose_pb2.Pose(position=_vector(*p[:3]), orientation=Quaternion_pb2.Quaternion(w=p[3], x=p[4], y=p[5], z=p[6]))
 
 
 def _compose(a: Place, b: Place) -> Place:
     """X_AC of X_AB and X_BC."""
-    w, x, y, z = a[3:]
-    v, i, j, k = b[3:]
-    return [*(rotation(a[3:]) @ b[:3] + a[:3]), w * v - x * i - y * j - z * k, w * i + x * v + y * k - z * j,
-            w * j - x * k + y * v + z * i, w * k + x * j - y * i + z * v]
+    turn = np.asarray(a[3:], float)
+    return [*(rotated(turn, np.asarray(b[:3], float)) + a[:3]), *product(turn, np.asarray(b[3:], float))]
 
 
 def _primitives(geom: Mapping[str, Any], meshes: Sequence[Mapping[str, Any]]) -> dict[str, list[Message]]:
@@ -270,17 +312,17 @@ def _calibration(rig: Mapping[str, Any], side: str, jpeg: bytes) -> CameraCalibr
         K=[fx, 0, cx, 0, fy, cy, 0, 0, 1], R=[1, 0, 0, 0, 1, 0, 0, 0, 1], P=[fx, 0, cx, -fx * way_m, 0, fy, cy, 0, 0, 0, 1, 0])
 
 
-def to_mcap(run: Path | Result, file: Path = "", *, images: bool = False, plugins: Iterable[type] = ()) -> str:
+def to_mcap(run: Path | Result, file: Path = "", *, images: bool = False, ros2: bool = False, plugins: Iterable[type] = ()) -> str:
     """Writes a trial as MCAP and returns the file's name, FOLDER/trial.mcap unless given. `run` is the folder that `turbidock
     run --out` or `turbidock replay` wrote, or a Result. Its pictures are those that the folder has, two a second; `images`
-    flies the trial again for all of them. `plugins`: classes of its controller or estimator. ConfigError for what is no
-    trial's folder, SimulatorFault where it flies otherwise now; nothing is left half written."""
+    flies the trial again for all of them. `ros2`: messages of ROS 2 instead of Foxglove's. `plugins`: classes of its controller or
+    estimator. ConfigError for what is no trial's folder, SimulatorFault where it flies otherwise; nothing is left half written."""
     if isinstance(run, Result):
         if not file:
             raise _core.ConfigError("a Result has no folder: name the file")
         with tempfile.TemporaryDirectory() as kept:
             run.save(kept)
-            return to_mcap(kept, file, images=images, plugins=plugins)
+            return to_mcap(kept, file, images=images, ros2=ros2, plugins=plugins)
     folder = pathlib.Path(run)
     for name in ("result.json", "resolved.yaml", "trajectory.csv"):
         if not (folder / name).is_file():
@@ -298,7 +340,7 @@ def to_mcap(run: Path | Result, file: Path = "", *, images: bool = False, plugin
         stages = [row["stage"] for row in csv.DictReader(text)]
     pictures = _RunAgain(scenario) if images else _Pictures(folder / "cameras")
     name = os.fspath(file) or str(folder / "trial.mcap")
-    with McapFile(name) as out:
+    with Ros2File(name) if ros2 else McapFile(name) as out:
         out.describe(version=record["version"], digest=record["digest"], seed=str(record["seed"]),
                      scenario=str(scenario["description"]), outcome=record["outcome"])
         for attached, kind in (("result.json", "application/json"), ("resolved.yaml", "application/yaml")):
@@ -357,5 +399,6 @@ def main() -> None:
     parser.add_argument("run", help="folder that `turbidock run --out` or `turbidock replay` wrote")
     parser.add_argument("file", nargs="?", default="", help="the file to write; RUN/trial.mcap")
     parser.add_argument("--images", action="store_true", help="fly the trial again for an image of every frame, in full size")
+    parser.add_argument("--ros2", action="store_true", help="messages of ROS 2, for rosbag2 and turbidock-bag")
     arguments = parser.parse_args()
-    print(to_mcap(arguments.run, arguments.file, images=arguments.images))
+    print(to_mcap(arguments.run, arguments.file, images=arguments.images, ros2=arguments.ros2))
