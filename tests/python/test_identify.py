@@ -118,8 +118,9 @@ def test_planted_parameters_are_found_again(simulated):
     told = [name for name in values if fit.told(name)]
     assert {"added_mass.surge", "added_mass.sway", "added_mass.heave", "added_mass.yaw", "trim.buoyancy", "delay.pose",
             "quadratic_damping.surge", "quadratic_damping.sway"} <= set(told)
-    outside = [name for name in told if not fit.interval(name)[0] <= values[name] <= fit.interval(name)[1]]
-    assert len(outside) <= 3, outside  # 95 % of some twenty
+    # 95 % of thirty, whether told or not: how much heave's quadratic damping is told hangs on the vehicle drawn
+    outside = [name for name in values if not fit.interval(name)[0] <= values[name] <= fit.interval(name)[1]]
+    assert len(outside) <= 4, outside
     assert fit.value("added_mass.surge") == pytest.approx(values["added_mass.surge"], rel=0.15)
     assert fit.validation["median_m"] < 0.02 < fit.validation["before_m"]
     assert fit.noise["position"] == pytest.approx(logs.NOISE_M, rel=0.1)
@@ -212,9 +213,9 @@ def test_measurements_beyond_twenty_a_second_are_averaged(scenario, commands):
 
 
 def test_windows_disagree_where_they_ask_for_other_parameters():
-    """Ten of white noise for three parameters: a standard normal by its test's mean and deviation, less than 3.1 where the noise
-    hangs together over rows, many where each has parameters of its own."""
-    rng = np.random.default_rng(3)
+    """Ten of white noise for three parameters: a standard normal by its test's mean, deviation and skew, less than 3.1 where the
+    noise hangs together over rows, many where each has parameters of its own."""
+    rng = np.random.default_rng(11)
 
     def windows(apart, rows):
         noise = rng.standard_normal((10, 300 // rows, 1)).repeat(rows, axis=1)
@@ -228,8 +229,9 @@ def test_windows_disagree_where_they_ask_for_other_parameters():
                   for r, z in zip(off, by_z)]
         return _output_error.disagreement(linear, _output_error.reduce(linear, parts, [part.state for part in parts]))
 
-    white = np.array([windows(0, 1) for _ in range(100)])
-    assert abs(white.mean()) < 0.35 and 0.75 < white.std() < 1.25
+    white = np.array([windows(0, 1) for _ in range(300)])
+    assert abs(white.mean()) < 0.25 and 0.85 < white.std() < 1.15
+    assert abs(np.mean(white**3) / np.mean(white**2) ** 1.5) < 0.3
     assert np.mean([windows(0, 10) for _ in range(20)]) < 1
     assert windows(0.3, 1) > 20
 

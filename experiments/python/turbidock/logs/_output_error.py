@@ -360,7 +360,8 @@ def noise(problem: Problem, linear: Sequence[Linear], parts: Sequence[Part]) -> 
 
 def disagreement(linear: Sequence[Linear], reduced: Reduced) -> float:
     """By how many standard deviations the windows' pulls at the parameters differ more than by the noise that is left, as it hangs
-    together from row to row (Cochran's test of means, Biometrics 10, 1954)."""
+    together from row to row (Cochran's test of means, Biometrics 10, 1954; its square sum made normal after Satterthwaite 1946 and
+    Wilson and Hilferty 1931)."""
     if len(linear) < 2:
         return 0.0
     rows = correlation_time(linear)
@@ -373,7 +374,8 @@ def disagreement(linear: Sequence[Linear], reduced: Reduced) -> float:
         found += float(((whole @ (one.by_z.T @ one.residual - cross.T @ solved[:, -1]))**2).sum()) / rows
         mean += float(np.trace(free))
         variance += 2 * float((free * free.T).sum())
-    return float((found - mean) / np.sqrt(variance))
+    spread = variance / (9 * mean**2)
+    return float(((found / mean) ** (1 / 3) - 1 + spread) / np.sqrt(spread))
 
 
 def correlation_time(linear: Sequence[Linear]) -> float:

@@ -204,7 +204,7 @@ class Fit:
             lines.append(f"  {row.parameter:26}{found}")
         lines += ["", *(f"  {note}" for note in self.information.notes)]
         lines += [f"  not to be believed: {self.doubt}"] if self.doubt else []
-        if self.latency_s() > 0:
+        if self.latency_s() > 5e-4:
             lines.append(f"  motion follows the commands {1000 * self.latency_s():.0f} ms late: the vehicle's data have it as "
                          "thrusters.dead_time_s; set it to 0 if the clock of the motion is late instead")
         lines += [f"  {name}: its poses' clock is {offset:+.1f} s off, besides delay.pose"
