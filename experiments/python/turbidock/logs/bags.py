@@ -17,16 +17,24 @@ are the names of their messages. A YAML file says what is where; all but the top
 and of a dive's .bin:
 
     motion:
+      position: {topic: 'XKF1[0]', field: [PN, PE, PD], columns: [vehicle_x_m, vehicle_y_m, vehicle_z_m], axes: frd}
       attitude: {topic: ATT, field: [Roll, Pitch, Yaw], columns: [roll_rad, pitch_rad, yaw_rad], scale: 0.0174533, axes: frd}
       depth: {topic: CTUN, field: Alt, scale: -1}
       commands: {topic: RCOU, field: [C1, C2, C3], columns: [t1_pwm_us, t2_pwm_us, t3_pwm_us]}
 
-Any message will do, also of a type of one's own: `field` is the way to a number, a list, a vector or a quaternion in it, or a
-list of such ways; `columns` are those of `turbidock.logs.motion` that it fills; `scale` multiplies, then `offset` adds: commands of -1 to 1
-are volts with `scale: 2.5, offset: 2.5`. With `axes: frd` (and a world
-with z down, as ArduSub has them) y and z change their sign. Where two topics give a column, the first counts. `clock: log`
-takes the times at which messages were recorded in place of their headers', which is done in any case where there are none. Where several send under one topic, it is one's own in brackets: `XKF1[0]`, an EKF's lane;
-`/tf[base_link]`, a child frame. `types: {heron_msgs/msg/Thrust: Thrust.msg}` defines what a bag of before ROS 2 Iron does not.
+and of a trial of turbidock's own (`turbidock-mcap --ros2`):
+
+    motion:
+      odometry: /tf[vehicle]
+      commands: {topic: /commands, field: [sway_v, heave_v], columns: [sway_v, heave_v]}
+
+Any message will do, also of a type of one's own: `field` is the way to a number, a list, a vector or a quaternion in it, or a list
+of such ways; `columns` are those of `turbidock.logs.motion` that it fills; `scale` multiplies, then `offset` adds: commands of
+-1 to 1 are volts with `scale: 2.5, offset: 2.5`. With `axes: frd` (and a world with z down, as ArduSub has them) y and z change
+their sign. Where two topics give a column, the first counts. `clock: log` takes the times at which messages were recorded in place
+of their headers', which is done in any case where there are none. Where several send under one topic, it is one's own in brackets:
+'XKF1[0]', an EKF's lane; '/tf[base_link]', a child frame. `types: {heron_msgs/msg/Thrust: Thrust.msg}` defines what a bag of before
+ROS 2 Iron does not.
 """
 
 from __future__ import annotations
