@@ -82,7 +82,7 @@ Keys KeysOf(const py::list& declared) {
 thread_local PyObject* raised = nullptr;
 
 // Calls Python from C++ code that runs without the lock. What Python raises is a C++ error of the
-// same text.
+// same text; with the traceback, but where the plug-in itself says what is wrong by a PluginError.
 template <class Do>
 auto Call(const Do& act) {
   const py::gil_scoped_acquire lock;
@@ -93,7 +93,8 @@ auto Call(const Do& act) {
   } catch (const py::error_already_set& error) {
     if (error.matches(py::module_::import("turbidock").attr("NoAnswer")))
       throw trial::NoAnswer(py::str(error.value()));
-    problem = error.what();
+    const bool is_said = error.matches(py::module_::import("turbidock").attr("PluginError"));
+    problem = is_said ? std::string(py::str(error.value())) : error.what();
     raised = error.value().inc_ref().ptr();
     PyException_SetTraceback(raised, error.trace() ? error.trace().ptr() : Py_None);
   } catch (const py::cast_error& error) {

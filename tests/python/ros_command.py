@@ -49,12 +49,13 @@ def wait_until(holds, longest_s=10):
 
 
 @pytest.fixture
-def nothing_is_left():
+def nothing_is_left(tmp_path):
     """The mark of what a test starts; nothing of it may be there afterwards."""
     before = {folder: set(os.listdir(folder)) for folder in ("/dev/shm", "/tmp")}
     mark = f"turbidock-test-{os.getpid()}-{time.monotonic_ns()}"
-    yield {"TURBIDOCK_TEST": mark}
+    yield {"TURBIDOCK_TEST": mark, "ROS_HOME": str(tmp_path / "ros")}
     wait_until(lambda: not processes(mark))
+    assert not (tmp_path / "ros").exists()  # log files
     for folder, names in before.items():
         assert not [name for name in set(os.listdir(folder)) - names if re.match("sem.fast|fast|turbidock-ros", name)]
 

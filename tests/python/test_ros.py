@@ -125,16 +125,16 @@ def play(monkeypatch):
 
 
 @pytest.mark.parametrize("role, what, problem", [
-    ("controller", "zero", r"/wrench: an answer without a stamp: it must be that of the frame, 1\d\.\d{9}"),
+    ("controller", "zero", r"Demand at frame \d+: /wrench from /odd: an answer without a stamp: it must be that of the frame, 1\d\.\d{9}"),
     ("controller", "future", r"is of the future; the frame that is waited for has 1\d"),
     ("controller", "wall", "is of the wall clock: give the node use_sim_time"),
-    ("controller", "frame", "wrench: frame_id 'map', must be base_link"),
+    ("controller", "frame", "/wrench from /odd: frame_id 'map', must be base_link$"),
     ("controller", "nan", "is not finite"),
     ("controller", "two", "2 publish it: /odd, /other; one must"),
     ("controller", "intruder", "/odd also publishes /marker/desired, which the trial does"),
-    ("estimator", "nan", "estimate: is not finite"),
-    ("estimator", "length", "estimate: has a quaternion of length 0"),
-    ("estimator", "frame", "estimate: frame_id 'map', must be camera_head or left_camera_optical"),
+    ("estimator", "nan", "/estimate from /odd: is not finite"),
+    ("estimator", "length", "/estimate from /odd: has a quaternion of length 0$"),
+    ("estimator", "frame", "/estimate from /odd: frame_id 'map', must be camera_head or left_camera_optical"),
 ])
 def test_an_answer_that_no_answer_may_be_is_named(play, role, what, problem):
     with pytest.raises(turbidock.PluginError, match=problem) as raised:

@@ -22,7 +22,8 @@ def call(kind, name, request):
 
 
 def lines():
-    return open(sys.argv[1]).read().count("\n")
+    file = pathlib.Path(sys.argv[1])
+    return file.read_text().count("\n") if file.exists() else 0
 
 
 if pathlib.Path(sys.argv[1] + ".reset").exists():  # the nodes begin again with the trial

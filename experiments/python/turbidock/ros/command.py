@@ -97,6 +97,8 @@ def _by_hand(arguments: Sequence[str]) -> None:
     except _core.PluginError as error:
         print(f"turbidock-ros: {error}", file=sys.stderr)
         sys.exit(4)
+    except KeyboardInterrupt:
+        sys.exit(130)
     finally:
         exchange.close()
 

@@ -121,7 +121,6 @@ class Link:
         self._answered: set[Topic] = set()  # and has given
         self._now = self._paused = self._steps = self._asked = 0
         self._last: dict[str, str] = {}  # by topic: the stamp of the last answer that was not waited for
-        self._begun = 0.0
         self.by_hand = self.again = False  # whether the trial can be begun again and changed, and shall be
         self._settings: list[str] = []
         self.truth: Sequence[Topic] = ()  # sent, too
@@ -147,7 +146,6 @@ class Link:
     def _begin(self) -> None:
         self._inside.clear()
         self._end()
-        self._begun = time.monotonic()
         self._now = self._asked = 0
         self._matched.clear()
         self._answered.clear()
@@ -158,9 +156,17 @@ class Link:
         if self._stack.launch and self._nodes is None:
             log = f"{self._stack.log}/{self.process}-{self._trials}.log" if self._stack.log else ""
             self._nodes = Nodes(self._stack.launch, log, self._environment)
-        done = self._stack.reset and self._wire.call("std_srvs", "Trigger", "reset", self._stack.first_answer_s)
-        if self._stack.reset and not (done and done.success):
-            raise _core.NoAnswer(f"no node has answered the service reset in {self._stack.first_answer_s:g} s{self._output()}")
+        if self._stack.reset:
+            self._reset_nodes()
+
+    def _reset_nodes(self) -> None:
+        assert self._wire
+        end = time.monotonic() + self._stack.first_answer_s
+        done = self._wire.call("std_srvs", "Trigger", "reset", lambda: not self._is_over(end) and not _core.stop_signal())
+        if done and not done.success:
+            raise _core.PluginError(f"the nodes' service reset: success is false: {done.message}")
+        if not done and not _core.stop_signal():
+            raise _core.NoAnswer(self._silence("the service reset", self._stack.first_answer_s) + self._output())
 
     def _end(self) -> None:
         if self._wire:  # with it goes what nodes of this trial may still say
@@ -179,6 +185,7 @@ class Link:
         own = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
         if launch:
             own = {"RMW_IMPLEMENTATION": "rmw_fastrtps_cpp", "RMW_FASTRTPS_USE_QOS_FROM_XML": "1",
+                   "OVERRIDE_LAUNCH_PROCESS_OUTPUT": "screen",  # of ros2 launch, which else keeps it in a file of its own
                    "FASTRTPS_DEFAULT_PROFILES_FILE": str(pathlib.Path(__file__).with_name("fastdds.xml"))}
         before = dict(os.environ)
         self._environment = {**own, **before, "ROS_DOMAIN_ID": str(self._domain)}
@@ -247,8 +254,8 @@ class Link:
             return
         self._matched |= set(answers)
         assert self._wire
-        end = self._begun + self._stack.first_answer_s
         said = time.monotonic()
+        end = said + self._stack.first_answer_s
         while not _core.stop_signal():
             is_heard = any(self._wire.readers(topic) for topic in asks)
             writers = [writer for topic in answers for writer in self._wire.writers(topic)]
@@ -277,9 +284,9 @@ class Link:
 
     def _require(self, settle: Callable[[Callable[[], bool]], list[str]], longest: float) -> None:
         end = time.monotonic() + longest
-        silent = settle(lambda: time.monotonic() < end and not _core.stop_signal())
+        silent = settle(lambda: not self._is_over(end) and not _core.stop_signal())
         if silent and not _core.stop_signal():
-            raise _core.NoAnswer(f"no answer on get_parameters in {longest:g} s from {', '.join(silent)}{self._output()}")
+            raise _core.NoAnswer(self._silence(f"get_parameters from {', '.join(silent)}", longest) + self._output())
 
     def ask(self, answers: Sequence[Topic], stamp: int) -> tuple[Topic, Any] | None:
         """The answer to the frame of this stamp; None where a signal has stopped the trial. NoAnswer when none comes;
@@ -306,17 +313,22 @@ class Link:
 
     def _is_answer(self, topic: Topic, message: Any, stamp: int) -> bool:
         assert self._wire
-        given, name = wire.stamp_ns(message), self._wire.names([topic])
+        given = wire.stamp_ns(message)
         if given is None or given == stamp:
             return True
         if given == 0:
-            raise _core.PluginError(f"{name}: an answer without a stamp: it must be that of the frame, {_text(stamp)}")
+            raise self.wrong(topic, f"an answer without a stamp: it must be that of the frame, {_text(stamp)}")
         if given > stamp:
             clock = ("of the wall clock: give the node use_sim_time, or the frame's stamp" if given > _WALL_CLOCK_NS
                      else "of the future")
-            raise _core.PluginError(f"{name}: stamp {_text(given)} is {clock}; the frame that is waited for has {_text(stamp)}")
-        self._last[name] = _text(given)
+            raise self.wrong(topic, f"stamp {_text(given)} is {clock}; the frame that is waited for has {_text(stamp)}")
+        self._last[self._wire.names([topic])] = _text(given)
         return False
+
+    def wrong(self, topic: Topic, why: str) -> _core.PluginError:
+        """Of an answer that may not be."""
+        assert self._wire
+        return _core.PluginError(f"{self._wire.names([topic])} from {', '.join(self._wire.writers(topic))}: {why}")
 
     def _require_one(self, answers: Sequence[Topic]) -> None:
         assert self._wire
@@ -325,19 +337,22 @@ class Link:
             raise _core.PluginError(f"{self._wire.names(answers)}: {len(writers)} publish it: {', '.join(sorted(writers))}; "
                                     "one must")
 
-    def _check(self, end: float, answers: Sequence[Topic], stamp: int, longest: float) -> None:
-        """NoAnswer where the nodes have ended, or when it is time."""
-        assert self._wire
+    def _is_over(self, end: float) -> bool:
+        """Whether no answer comes any more: the nodes have ended, or it is time."""
+        return time.monotonic() > end or bool(self._nodes and self._nodes.ended() is not None)
+
+    def _silence(self, asked: str, longest: float) -> str:
         code = self._nodes.ended() if self._nodes else None
-        late = time.monotonic() > end
-        if code is None and not late:
+        if self._nodes and code is not None:
+            return f"no answer on {asked}: '{self._nodes.command}' has ended with exit code {code}"
+        return f"no answer on {asked} in {longest:g} s"
+
+    def _check(self, end: float, answers: Sequence[Topic], stamp: int, longest: float) -> None:
+        """NoAnswer where none comes any more."""
+        assert self._wire
+        if not self._is_over(end):
             return
-        asked = f"{self._wire.names(answers)} of stamp {_text(stamp)}" if stamp else self._wire.names(answers)
-        if late:
-            why = f"no answer on {asked} in {longest:g} s"
-        else:
-            assert self._nodes
-            why = f"no answer on {asked}: '{self._nodes.command}' has ended with exit code {code}"
+        why = self._silence(self._wire.names(answers) + (f" of stamp {_text(stamp)}" if stamp else ""), longest)
         who = sorted({writer for topic in answers for writer in self._wire.writers(topic)})
         why += f" from {', '.join(who)}" if who else ", which nobody publishes"
         old = "".join(f"; {name} had stamp {old} last" for name, old in self._last.items())

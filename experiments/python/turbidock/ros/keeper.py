@@ -1,6 +1,6 @@
 """Runs a command and ends all that it started when its standard input closes: when the simulator says so, and also when that
 was killed. Without packages, so that it starts at once: python keeper.py COMMAND. Their output is
-its standard error; its standard output says the command's exit code."""
+its standard error; its standard output says the command's exit code. Each node of ROS makes a log file: those go, too."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import select
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 
 _PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
@@ -59,8 +60,13 @@ def main() -> None:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda *_: None)  # not SIG_IGN, which the nodes would inherit
     _prctl(_PR_SET_CHILD_SUBREAPER, 1)
-    started = subprocess.Popen(sys.argv[1], shell=True, stdin=subprocess.DEVNULL, stdout=sys.stderr, start_new_session=True,
-                               preexec_fn=lambda: _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL))
+    with tempfile.TemporaryDirectory(prefix="turbidock-ros-", ignore_cleanup_errors=True) as logs:
+        _keep(sys.argv[1], {"ROS_LOG_DIR": logs, **os.environ})
+
+
+def _keep(command: str, environment: dict[str, str]) -> None:
+    started = subprocess.Popen(command, shell=True, stdin=subprocess.DEVNULL, stdout=sys.stderr, env=environment,
+                               start_new_session=True, preexec_fn=lambda: _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL))
     told = False
     while not select.select([sys.stdin], [], [], 0.05)[0]:
         if not told and started.poll() is not None:

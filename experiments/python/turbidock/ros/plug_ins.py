@@ -70,12 +70,12 @@ class _NodeController(Controller):
         try:
             axes = wire.axes_of(message)
         except ValueError as error:
-            raise _core.PluginError(f"{topic.name}: {error}") from None
+            raise self._link.wrong(topic, str(error)) from None
         if not np.isfinite(axes).all():
-            raise _core.PluginError(f"{topic.name}: {axes} is not finite")
+            raise self._link.wrong(topic, f"{axes} is not finite")
         frame = "" if not topic.frame else wire.frame_id(message)
         if frame != topic.frame:
-            raise _core.PluginError(f"{topic.name}: frame_id '{frame}', must be {topic.frame}")
+            raise self._link.wrong(topic, f"frame_id '{frame}', must be {topic.frame}")
         return self.demand_of(axes, seen)
 
     def demand_of(self, axes: list[float], seen: _core.Observation) -> Sequence[float] | np.ndarray:
@@ -152,7 +152,7 @@ class ImageEstimator(Estimator):
         if not is_seen:
             return *self._last, _NOT_SEEN
         if problem := exchange.problem_of_pose(position, quaternion):
-            raise _core.PluginError(f"{ESTIMATE.name}: {problem}")
+            raise self._link.wrong(ESTIMATE, problem)
         self._last = self._in_head(wire.frame_id(message), position, quaternion)
         return *self._last, _SEEN
 
@@ -160,7 +160,7 @@ class ImageEstimator(Estimator):
         if frame == HEAD:
             return position, quaternion
         if frame != LEFT:
-            raise _core.PluginError(f"{ESTIMATE.name}: frame_id '{frame}', must be {HEAD} or {LEFT}")
+            raise self._link.wrong(ESTIMATE, f"frame_id '{frame}', must be {HEAD} or {LEFT}")
         # x of the head is z of the optical frame, y is -x, z is -y
         turn = (0.5, -0.5, 0.5, -0.5)
         place = rotation(turn) @ np.array(position) + (0, self.rig.baseline_m / 2, 0)

@@ -36,9 +36,9 @@ class Wire:
 
     def __init__(self, domain: int, arguments: Sequence[str]) -> None:
         self._context = rclpy.context.Context()
-        # Ctrl-C is the program's to handle
-        rclpy.init(args=["turbidock", *arguments], context=self._context, domain_id=domain,
-                   signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
+        # Ctrl-C is the program's to handle; no log file
+        rclpy.init(args=["turbidock", "--ros-args", "--disable-external-lib-logs", "--", *arguments], context=self._context,
+                   domain_id=domain, signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
         self._node = rclpy.node.Node(NODE, context=self._context, start_parameter_services=False, enable_rosout=False)
         self._executor = rclpy.executors.SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
@@ -89,16 +89,15 @@ class Wire:
 
         self._node.create_service(importlib.import_module("rcl_interfaces.srv").SetParameters, "~/set_parameters", answer)
 
-    def call(self, package: str, kind: str, name: str, longest_s: float) -> Any:
-        """What a service of the nodes answers to an empty request; None where nobody does in time."""
+    def call(self, package: str, kind: str, name: str, goes_on: Callable[[], bool]) -> Any:
+        """What a service of the nodes answers to an empty request; None where nobody does while it goes on."""
         service = getattr(importlib.import_module(f"{package}.srv"), kind)
         client = self._node.create_client(service, name)
         try:
-            end = time.monotonic() + longest_s
-            while not client.service_is_ready() and time.monotonic() < end:
+            while not client.service_is_ready() and goes_on():
                 self.spin(0.05)
             future = client.call_async(service.Request())
-            while not future.done() and time.monotonic() < end:
+            while not future.done() and goes_on():
                 self.spin(0.05)
             return future.result() if future.done() else None
         finally:
