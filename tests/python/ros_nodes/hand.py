@@ -26,11 +26,13 @@ def lines():
     return file.read_text().count("\n") if file.exists() else 0
 
 
-if pathlib.Path(sys.argv[1] + ".reset").exists():  # the nodes begin again with the trial
-    sys.exit()
 rclpy.init()
 node = Node("hand")
 clients = {}
+if pathlib.Path(sys.argv[1] + ".reset").exists():  # the nodes begin again with the trial
+    print("reset", flush=True)
+    call(SetBool, "pause", SetBool.Request(data=False))
+    sys.exit()
 before = lines()
 time.sleep(1)
 if before == lines() == 0:
@@ -43,7 +45,5 @@ if 0 < lines() < 40:
 values = [("water.milk_ml_m3", ParameterValue(type=3, double_value=20.0)), ("rig.width_px", ParameterValue(type=2, integer_value=9))]
 call(SetParameters, "set_parameters", SetParameters.Request(parameters=[Parameter(name=n, value=v) for n, v in values]))
 call(Trigger, "step", Trigger.Request())
-call(SetBool, "pause", SetBool.Request(data=False))
 pathlib.Path(sys.argv[1] + ".reset").touch()
-if call(Trigger, "reset", Trigger.Request()).success:
-    print("reset", flush=True)
+call(Trigger, "reset", Trigger.Request())  # ends this process
