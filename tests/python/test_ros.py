@@ -80,7 +80,10 @@ class Played:
     def writers(self, topic):
         if topic == topics.VELOCITY:
             return []
-        return ["/odd", "/other"] if self.what == "two" else ["/odd"]
+        return ["/odd", "/other"] if self.what == "two" or self.what == "late" and self.frames > 3 else ["/odd"]
+
+    def writer_count(self, topic):
+        return len(self.writers(topic))
 
     def others(self):
         return ["/odd"]
@@ -131,6 +134,7 @@ def play(monkeypatch):
     ("controller", "frame", "/wrench from /odd: frame_id 'map', must be base_link$"),
     ("controller", "nan", "is not finite"),
     ("controller", "two", "2 publish it: /odd, /other; one must"),
+    ("controller", "late", "2 publish it: /odd, /other; one must"),
     ("controller", "intruder", "/odd also publishes /marker/desired, which the trial does"),
     ("estimator", "nan", "/estimate from /odd: is not finite"),
     ("estimator", "length", "/estimate from /odd: has a quaternion of length 0$"),

