@@ -154,9 +154,10 @@ def controller(*more):
     return " ".join(["exec", sys.executable, str(EXAMPLES / "controller_node.py"), *more])
 
 
-def test_a_gate_passes_the_example(gate, nothing_is_left):
-    said(ros("gate", gate, "--workers", 2, "--quiet", "--answer", "wrench", launch=controller(),
+def test_a_gate_passes_the_example(gate, tmp_path, nothing_is_left):
+    said(ros("gate", gate, "--workers", 2, "--quiet", "--out", tmp_path / "judged", "--answer", "wrench", launch=controller(),
              environment=nothing_is_left), 0)
+    assert {file.read_text() for file in (tmp_path / "judged/nodes").iterdir()} == {""}
 
 
 def test_a_gate_fails_the_example_with_a_wrong_sign_and_replays_a_trial(gate, tmp_path, nothing_is_left):

@@ -273,6 +273,8 @@ def test_a_controller_as_a_node_flies_the_trial_of_the_built_in_one(built_in, tm
     said(done, 0)
     assert json.loads(done.stdout)["digest"] == built_in
     assert list((tmp_path / "out/nodes").iterdir())
+    said(ros("mcap", tmp_path / "out"), 0)
+    assert (tmp_path / "out/trial.mcap").exists()
 
 
 def test_lqg_as_a_node_that_is_slow_flies_the_trial_of_the_built_in_one(nothing_is_left):

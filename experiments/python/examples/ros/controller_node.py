@@ -4,10 +4,12 @@
 
 An answer belongs to a frame: it has that frame's stamp."""
 
+import contextlib
 import math
 
 import rclpy
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, WrenchStamped
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
 
@@ -67,4 +69,5 @@ class Controller(Node):
 
 
 rclpy.init()
-rclpy.spin(Controller())
+with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
+    rclpy.spin(Controller())

@@ -4,9 +4,12 @@
 
 An answer belongs to a frame: it has that frame's stamp, also where the marker is not seen."""
 
+import contextlib
+
 import numpy as np
 import rclpy
 from geometry_msgs.msg import PoseWithCovarianceStamped
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image
 
@@ -67,4 +70,5 @@ class Patches(Node):
 
 
 rclpy.init()
-rclpy.spin(Patches())
+with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
+    rclpy.spin(Patches())

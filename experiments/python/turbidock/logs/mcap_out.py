@@ -393,12 +393,12 @@ def _write_trial(out: McapFile, model: Mapping[str, Any], rows: Motion, stages: 
     out.log(f"{record['outcome']}: {record['reason']}", at, warning=record["outcome"] != "success")
 
 
-def main() -> None:
-    """turbidock-mcap."""
+def main(words: Sequence[str] | None = None, plugins: Sequence[type] = ()) -> None:
+    """turbidock-mcap, with the words of its command line. `plugins`: as to_mcap."""
     parser = argparse.ArgumentParser(prog="turbidock-mcap", description="A recorded trial as MCAP, for Foxglove and Rerun.")
     parser.add_argument("run", help="folder that `turbidock run --out` or `turbidock replay` wrote")
     parser.add_argument("file", nargs="?", default="", help="the file to write; RUN/trial.mcap")
     parser.add_argument("--images", action="store_true", help="fly the trial again for an image of every frame, in full size")
     parser.add_argument("--ros2", action="store_true", help="messages of ROS 2, for rosbag2 and turbidock-bag")
-    arguments = parser.parse_args()
-    print(to_mcap(arguments.run, arguments.file, images=arguments.images, ros2=arguments.ros2))
+    arguments = parser.parse_args(words)
+    print(to_mcap(arguments.run, arguments.file, images=arguments.images, ros2=arguments.ros2, plugins=plugins))

@@ -9,7 +9,7 @@ installation of it.
     turbidock-ros view pool_active --answer wrench --launch "..."      # the live page
     turbidock-ros topics                                               # the table of topics (topics.py)
 
-It takes what `turbidock` takes, and `turbidock-ros --help`. Of a trial's folder `turbidock-mcap` makes MCAP. In Python:
+It takes what `turbidock` takes, and `turbidock-ros --help`. `turbidock-ros mcap FOLDER` makes MCAP of a trial. In Python:
 
     turbidock.ros.use(launch="python3 my_controller.py")               # the fields of exchange.Stack
     turbidock.run("sea_night_active", seed=77, controller=turbidock.ros.WrenchController)

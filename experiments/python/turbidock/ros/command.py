@@ -8,6 +8,7 @@ import sys
 from typing import Sequence
 
 from .. import _core
+from .._program import of_extra
 from ..plug_in import plugins_of
 from ..scenario import Scenario
 from . import by_hand, exchange
@@ -16,11 +17,12 @@ from .topics import as_markdown
 
 BY_HAND = "by-hand"
 FLIES = ("run", "batch", "gate", "view", BY_HAND)  # what --set goes to
-OTHERS = ("replay", "report", "status")
+OTHERS = ("replay", "report", "status", "mcap")
 
 _USAGE = """turbidock-ros COMMAND ... [--launch "COMMAND"] [--answer wrench|twist|volts] [--estimator] [...] [--ros-args ...]
 
-COMMAND and what follows are those of turbidock: run, batch, gate, view; also replay, report and status of what they wrote.
+COMMAND and what follows are those of turbidock: run, batch, gate, view; also replay, report and status of what they wrote,
+and mcap, which is turbidock-mcap.
 by-hand SCENARIO [--seed N] [--set KEY=VALUE] [--fast] [--paused] [--truth] has the services /turbidock/pause, step, reset and
 set_parameters (`ros2 param set /turbidock KEY VALUE`)."""
 
@@ -118,8 +120,11 @@ def main() -> None:
                  log=_log_folder(command, _value_of(arguments, "--out")))
     if command == BY_HAND:
         return _by_hand(arguments[1:])
-    plugins = plugins_of([*CONTROLLERS.values(), ImageEstimator], kept=bool(own.nodes_version))
-    code = _core.main(["turbidock", *arguments], plugins)
+    ours = [*CONTROLLERS.values(), ImageEstimator]
+    if command == "mcap":
+        of_extra("logs.mcap_out", "logs").main(arguments[1:], ours)
+        return exchange.close()
+    code = _core.main(["turbidock", *arguments], plugins_of(ours, kept=bool(own.nodes_version)))
     exchange.close()
     sys.stdout.flush()
     sys.exit(code)
