@@ -209,6 +209,7 @@ def test_the_table_has_every_topic():
     ("batch a.yaml --workers 2 --answer wrench", "--workers 2: nodes that run already are one worker's"),
     ("batch a.yaml --workers=2 --answer wrench --launch x --domain 3", "--domain is for one worker"),
     ("run pool_active --answer wrench --domain 300", "--domain: 300 must be in 0 to 232"),
+    ("run pool_active --answer wrench --ros-args -r wrench", "--ros-args: .*Couldn't parse remap rule: '-r wrench'"),
     ("run pool_active --answer wrench --answer-within 0", "--answer-within: 0 must be above 0"),
 ])
 def test_a_command_line_that_cannot_be(monkeypatch, arguments, problem):

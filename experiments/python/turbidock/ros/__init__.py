@@ -35,7 +35,8 @@ it; a domain in use. An error names it; in a batch the trial is `crashed`.
 
 Processes: with `--launch` each worker has a ROS_DOMAIN_ID that nobody uses; all stays on the loopback address, without shared
 memory (fastdds.xml, unless FASTRTPS_DEFAULT_PROFILES_FILE names another). Nodes start and end with each trial, as a process
-group, also where the simulator is killed. Their output is in OUT/nodes, of a batch in OUT.nodes. With `--reset-service` they
+group, also where the simulator is killed. Their output is in OUT/nodes, of a batch in OUT.nodes; their ROS_LOG_DIR goes with
+them, unless it is given. ROS itself makes two files lttng-ust-wait-* in /dev/shm, once a machine. With `--reset-service` they
 stay, and their `reset` (std_srvs/Trigger) is called. Nodes that run already have one trial at a time, in the environment's
 domain.
 

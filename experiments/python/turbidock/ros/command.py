@@ -11,7 +11,7 @@ from .. import _core
 from .._program import of_extra
 from ..plug_in import plugins_of
 from ..scenario import Scenario
-from . import by_hand, exchange
+from . import by_hand, exchange, wire
 from .plug_ins import CONTROLLERS, ImageEstimator
 from .topics import as_markdown
 
@@ -61,7 +61,7 @@ def _log_folder(command: str, out: str) -> str:
 def _arguments_of(command: str, rest: list[str], own: argparse.Namespace) -> list[str]:
     """What turbidock is given. ValueError for what does not go together."""
     if command not in (*FLIES, *OTHERS):
-        raise ValueError(f"'{command}' must be one of {', '.join((*FLIES, *OTHERS))}")
+        raise ValueError(f"'{command}' must be one of {', '.join((*FLIES, *OTHERS))}, topics")
     if command in OTHERS:
         return rest
     if not own.answer and not own.estimator:
@@ -113,7 +113,10 @@ def main() -> None:
         at = words.index("--ros-args")
         words, ros = words[:at], words[at:]
     own, rest = _parser().parse_known_args(words)
-    command = rest[0] if rest else ""
+    if not rest:
+        _parser().error("which COMMAND?")
+    wire.check(ros)
+    command = rest[0]
     arguments = _arguments_of(command, rest, own)
     exchange.use(launch=own.launch, version=own.nodes_version, domain=own.domain, reset=own.reset_service,
                  answer_s=own.answer_within, first_answer_s=own.first_answer_within, ros_arguments=ros,

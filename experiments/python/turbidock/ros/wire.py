@@ -31,14 +31,28 @@ def _qos() -> Any:
     return rclpy.qos.QoSProfile(depth=10)  # reliable, volatile
 
 
+def check(arguments: Sequence[str]) -> None:
+    """ValueError for --ros-args that cannot be."""
+    context = rclpy.context.Context()
+    try:
+        _init(context, 0, arguments)
+    except RuntimeError as error:
+        raise ValueError(f"--ros-args: {str(error).partition(', at /')[0]}") from None
+    context.try_shutdown()
+
+
+def _init(context: Any, domain: int, arguments: Sequence[str]) -> None:
+    # Ctrl-C is the program's to handle; no log file
+    rclpy.init(args=["turbidock", "--ros-args", "--disable-external-lib-logs", "--", *arguments], context=context,
+               domain_id=domain, signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
+
+
 class Wire:
     """A node of this process on a domain. `heard` has what came, with its topic, in order."""
 
     def __init__(self, domain: int, arguments: Sequence[str]) -> None:
         self._context = rclpy.context.Context()
-        # Ctrl-C is the program's to handle; no log file
-        rclpy.init(args=["turbidock", "--ros-args", "--disable-external-lib-logs", "--", *arguments], context=self._context,
-                   domain_id=domain, signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
+        _init(self._context, domain, arguments)
         self._node = rclpy.node.Node(NODE, context=self._context, start_parameter_services=False, enable_rosout=False)
         self._executor = rclpy.executors.SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
