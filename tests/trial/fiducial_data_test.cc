@@ -157,6 +157,8 @@ TEST(DrawnTags, OfEachFamilyAreReadWithTheRightPose) {
     EXPECT_LT((fiducial.tags[1].q_MT_wxyz - known.tags[1].q_MT_wxyz).norm(), 1e-6);
     EXPECT_EQ(fiducial.tags[0].p_MT_m, known.tags[0].p_MT_m);
     EXPECT_EQ(fiducial.tags[0].size_m, 0.07);
+    EXPECT_NO_THROW(
+        CheckMarker(scenario, vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig)));
     const Pose X_HM = {FromYawPitchRoll(0.05, 0.02, -0.02), {0.5, 0.02, -0.01}};
     for (const FixedView& view : DrawFixedViews(scenario, {X_HM})) {
       camera::StereoCamera cameras = HoldView(view, scenario, SeedTree(3));
