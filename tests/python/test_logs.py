@@ -9,7 +9,7 @@ import sys
 import numpy as np
 
 import turbidock
-from turbidock import _core
+from turbidock import _core, _rotation
 from turbidock.logs import _log
 from turbidock.frames import rotation
 from turbidock.logs.motion import read_motion, write_motion
