@@ -179,8 +179,9 @@ class Reader {
   void FindThrusters() {
     std::vector<std::string> named, turning, both;
     for (const auto& [link, joint] : joints_) {
-      const auto is_called = [&](const char* word) {
-        return Lower(link).find(word) != std::string::npos;
+      const std::string name = Lower(link);
+      const auto is_called = [&name](const char* word) {
+        return name.find(word) != std::string::npos;
       };
       constexpr std::array kThruster = {"thruster", "propeller"};
       constexpr std::array kOther = {"bracket", "mount", "guard", "sensor", "holder"};
