@@ -182,3 +182,18 @@ def test_an_mcap_of_another_profile_is_named(tmp_path):
     logs.to_mcap(trial, tmp_path / "trial.mcap")
     with pytest.raises(turbidock.ConfigError, match="trial.mcap: an MCAP of profile '', must be ros2"):
         logs.read_bag(tmp_path / "trial.mcap", {"motion": {"imu": "/imu"}})
+
+
+def test_a_damaged_log_is_said_to_be_in_one_line(tmp_path, capsys):
+    dataflash(tmp_path / "dive.bin", [("CTUN", 10**5 * i, -1.5 - i) for i in range(5)], {"CTUN": ("Qf", "TimeUS,Alt")})
+    whole = (tmp_path / "dive.bin").read_bytes()
+    topics = {"motion": {"depth": {"topic": "CTUN", "field": "Alt", "columns": "depth_m", "scale": -1}}}
+    assert list(logs.read_bag(tmp_path / "dive.bin", topics).motion["depth_m"]) == [1.5, 2.5, 3.5, 4.5, 5.5]
+    assert capsys.readouterr().err == ""
+    (tmp_path / "dive.bin").write_bytes(whole + bytes(2000))
+    assert len(logs.read_bag(tmp_path / "dive.bin", topics).motion["depth_m"]) == 5
+    line, = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"{tmp_path}/dive.bin: is damaged, some is left out: bad header 0x")
+    (tmp_path / "dive.mcap").write_bytes(b"")
+    with pytest.raises(turbidock.ConfigError, match="logs of ArduSub and bags of ROS have no clock in common"):
+        logs.read_bag([tmp_path / "dive.bin", tmp_path / "dive.mcap"], topics)

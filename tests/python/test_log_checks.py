@@ -6,7 +6,7 @@ import pytest
 import turbidock
 from turbidock import _core, _rotation
 from turbidock.logs import _log
-from turbidock.logs.motion import POSITION, QUATERNION, TURN_RATE, VELOCITY
+from turbidock.logs.motion import POSITION, QUATERNION, TURN_RATE, VELOCITY, read_motion
 
 TIME_S = np.arange(0, 30, 0.05)
 PLACE = np.stack([-2 + 0.4 * np.sin(TIME_S), 0.3 * np.cos(0.7 * TIME_S), -1.5 + 0.2 * np.sin(0.5 * TIME_S)], axis=1)
@@ -106,3 +106,15 @@ def test_thrusters_that_are_exchanged_or_reversed_are_named(scenario):
         read(**{first: commands[second], second: commands[first]})
     with pytest.raises(turbidock.ConfigError, match=f"log 1: thruster {names[2]} looks reversed: "):
         read(**{f"{names[2]}_v": 5 - commands[f"{names[2]}_v"]})
+
+
+def test_tables_of_spreadsheets(tmp_path):
+    def read(text):
+        (tmp_path / "log.csv").write_bytes(text)
+        return read_motion(tmp_path / "log.csv")
+
+    assert list(read(b"\xef\xbb\xbftime_s,depth_m\r\n0,1\r\n1,2\r\n\r\n")["depth_m"]) == [1, 2]
+    for text, words in ((b"time_s;depth_m\n0;1\n", "has no column time_s, and no commas between columns"),
+                        (b"time_s,depth_m,depth_m\n0,1,7\n", "has column depth_m twice")):
+        with pytest.raises(turbidock.ConfigError, match=f"log.csv:1: {words}$"):
+            read(text)

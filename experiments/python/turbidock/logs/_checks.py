@@ -119,8 +119,7 @@ def _compared(place: Track, attitude: Track, rate: Track, stretches: Sequence[tu
         ways.append(way[count:] - way[:-count])
         there = _at(place, t)
         if there.shape[1] == 4:  # how it turned, step by step, along B's axes
-            steps = np.concatenate([np.zeros((1, 3)), np.cumsum(vector_of(product(conjugate(q[:-1]), q[1:])), axis=0)])
-            there = steps
+            there = np.concatenate([np.zeros((1, 3)), np.cumsum(vector_of(product(conjugate(q[:-1]), q[1:])), axis=0)])
         moved.append(there[count:] - there[:-count])
         axes = np.stack([rotated(q, np.broadcast_to(axis, (len(q), 3))) for axis in np.eye(3)], axis=-1)
         turns.append(axes[count:] - axes[:-count])

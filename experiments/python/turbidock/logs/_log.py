@@ -76,8 +76,7 @@ def add_estimates(folder: pathlib.Path, records: Sequence[Mapping[str, Any]], sc
 class Log:
     """Commands and motion of one run, its time from 0 on."""
 
-    def __init__(self, motion: Mapping[str, npt.ArrayLike], scenario: Scenario, name: str = "motion"
-                 ) -> None:
+    def __init__(self, motion: Mapping[str, npt.ArrayLike], scenario: Scenario, name: str = "motion") -> None:
         table, self.notes = without_zeros(check_motion(motion, name))
         check_table(table, name)
         self.name = name
@@ -85,9 +84,8 @@ class Log:
         time_s = table["time_s"] - self.clock_begin_s
         self.command_times, self.volts = _core.commands(scenario._cpp, dict(table), name)
         self.command_times = self.command_times - self.clock_begin_s
-        thrusters = _core.thrusters(scenario._cpp)
         self.commands: Motion = {"time_s": self.command_times} | {
-            thruster + "_v": self.volts[:, i] for i, thruster in enumerate(thrusters)}
+            f"{thruster}_v": volts for thruster, volts in zip(_core.thrusters(scenario._cpp), self.volts.T)}
         self.sensors = _sensors(table, time_s, name)
         self.water = has(table, WATER)
         self.table = table
@@ -160,16 +158,13 @@ class Log:
     def state_at(self, time_s: float, span_s: float = 0.6) -> Numbers:
         """A first guess of the vehicle's state: parabolas through what was measured about then."""
         state = np.zeros(STATE)
-        state[3] = 1
         attitude = self.sensor("attitude")
         assert attitude is not None
-        middle, rate, _ = _parabola(attitude, time_s, span_s)
-        state[3:7] = middle
+        state[3:7], state[10:13], _ = _parabola(attitude, time_s, span_s)
         position = self.sensor("position")
         if position is not None:
             state[:3], velocity_W, _ = _parabola(position, time_s, span_s)
             state[7:10] = rotated(conjugate(state[3:7]), velocity_W)
-        state[10:13] = rate
         depth = self.sensor("depth")
         if depth is not None and position is None:
             state[2] = -_parabola(depth, time_s, span_s)[0][0]
@@ -187,10 +182,9 @@ def _sensors(table: Motion, time_s: Numbers, name: str) -> list[Sensor]:
         return time_s[there], values[there]
 
     found = []
-    pose = has(table, QUATERNION)
     if has(table, POSITION):
         found.append(Sensor("position", *columns(POSITION), "delay.pose"))
-    if pose:
+    if has(table, QUATERNION):
         times, values = columns(QUATERNION)
         if (abs(np.linalg.norm(values, axis=1) - 1) > 0.1).any():
             raise _core.ConfigError(f"{name}: vehicle_qw to vehicle_qz are no unit quaternions")
@@ -230,9 +224,8 @@ def _fastest(sensor: Sensor) -> float:
     """Speed that it has a tenth of the time, over a second, m/s."""
     later = np.searchsorted(sensor.time_s, sensor.time_s + 1)
     there = np.flatnonzero(later < len(sensor.time_s))
-    later = later[there]
-    moved = np.linalg.norm(sensor.values[later] - sensor.values[there], axis=1)
-    return float(np.quantile(moved / (sensor.time_s[later] - sensor.time_s[there]), 0.9)) if len(there) else 0.0
+    moved = np.linalg.norm(sensor.values[later[there]] - sensor.values[there], axis=1)
+    return float(np.quantile(moved / (sensor.time_s[later[there]] - sensor.time_s[there]), 0.9)) if len(there) else 0.0
 
 
 def errors(kind: str, predicted: Numbers, measured: Numbers) -> Numbers:
@@ -254,8 +247,7 @@ def _noise(sensor: Sensor) -> float:
     if sensor.kind == "attitude":
         values = np.cumsum(vector_of(product(conjugate(values[:-1]), values[1:])), axis=0)
     rough = np.diff(values, 3, axis=0)
-    least = {"position": 1e-4, "attitude": 1e-4, "depth": 1e-4}.get(sensor.kind, 1e-4)
-    return float(max(1.4826 * np.median(np.abs(rough)) / np.sqrt(20), least))
+    return float(max(1.4826 * np.median(np.abs(rough)) / np.sqrt(20), 1e-4))
 
 
 def _gaps(times: Numbers, shortest_s: float) -> list[tuple[float, float]]:

@@ -81,8 +81,7 @@ class Problem:
         self.physical = [i for i, parameter in enumerate(self.parameters) if not parameter.name.startswith(("delay.", "lever."))]
         self.vehicles = [plain_vehicle(scenario) for scenario in self.scenarios]
         self.std = {sensor.kind: float(np.median([log_sensor.std for log in logs for log_sensor in log.sensors
-                                                  if log_sensor.kind == sensor.kind]))
-                    for log in logs for sensor in log.sensors}
+                                                  if log_sensor.kind == sensor.kind])) for log in logs for sensor in log.sensors}
         self.held = np.zeros(len(self.parameters), bool)  # stay where they are
         self.reject = False
 
@@ -122,8 +121,7 @@ class Problem:
                 order = np.argsort(joined, kind="stable")
                 times.append(joined[order])
                 orders.append((order, np.cumsum([0] + [len(one) for one in by_sensor])))
-            states, *finer = [_core.predict(
-                [self._model(log, models[model], ticks) for model in used_models], log.commands,
+            states, *finer = [_core.predict([self._model(log, models[model], ticks) for model in used_models], log.commands,
                 np.array([parts[part].window.begin_s for part in used]), times,
                 np.array([used_models.index(flights[i][0]) for i in mine]),
                 np.array([used.index(flights[i][1]) for i in mine]),
@@ -264,8 +262,7 @@ def share_of_noise(problem: Problem, parts: Sequence[Part], z: Numbers, reduced:
     vehicle that stands, thought to turn, seems to tell how its turning is damped."""
     rng = np.random.default_rng(0)
     shaken = [Part(part.log, part.window, moved(part.state, np.asarray(np.linalg.solve(
-        np.linalg.cholesky(inner).T, rng.standard_normal(FREE)), float)))
-        for part, (inner, _, _) in zip(parts, reduced.windows)]
+        np.linalg.cholesky(inner).T, rng.standard_normal(FREE)), float))) for part, (inner, _, _) in zip(parts, reduced.windows)]
     seeming = np.zeros(len(z))
     for one, other, (inner, _, _) in zip(linear, problem.linear(shaken, z, problem.slopes(shaken, z)), reduced.windows):
         change = other.by_z - one.by_z

@@ -139,8 +139,7 @@ def data_of(vehicle: Mapping[str, Any], values: Mapping[str, float]) -> dict[str
     loads = vehicle["loads"]
     mass = body["mass_kg"] + sum(load["mass_kg"] for load in loads)
     lifted = values.get("trim.buoyancy", buoyancy_newton(vehicle)) / GRAVITY_MPS2 + mass
-    data["hydrodynamics.displaced_volume_m3"] = (
-        lifted / hydro["water_density_kg_m3"] - sum(load["volume_m3"] for load in loads))
+    data["hydrodynamics.displaced_volume_m3"] = (lifted / hydro["water_density_kg_m3"] - sum(load["volume_m3"] for load in loads))
     centre = np.array(body["p_BBcm_m"], float)
     offset = np.array(hydro["p_BBcb_m"], float) - centre
     for i, name in enumerate(("ahead", "left", "above")):

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import os
 import pathlib
+import sys
+import tempfile
 from contextlib import contextmanager
 from typing import Any, Callable, Iterable, Iterator, Mapping, Sequence
 
@@ -33,14 +35,19 @@ def opened(files: Sequence[str], types: Mapping[str, str] = {}) -> Iterator[tupl
     """Types by topic, and what reads the messages of such topics. `types`: .msg files of types that a bag does not define.
     ConfigError for what cannot be read."""
     name = ", ".join(files)
-    for file in files:
-        if not os.path.exists(file):
-            raise ConfigError(f"{file}: no such file")
-    if files[0].lower().endswith((".bin", ".tlog")):
+    if missing := [file for file in files if not os.path.exists(file)]:
+        raise ConfigError(f"{missing[0]}: no such file")
+    of_ardusub = [file.lower().endswith((".bin", ".tlog")) for file in files]
+    if all(of_ardusub):
+        said: list[str] = []
         with whole(name):
-            kinds = {topic: MAVLINK for topic, _, _, _ in _mavlink(files)}
-        yield kinds, lambda topics: (each for each in _mavlink(files) if each[0] in topics)
+            kinds = {topic: MAVLINK for topic, _, _, _ in _mavlink(files, said)}
+        if said:
+            print(f"{name}: is damaged, some is left out: {said[0]} ({len(said)} such places)", file=sys.stderr)
+        yield kinds, lambda topics: (each for each in _mavlink(files, []) if each[0] in topics)
         return
+    if any(of_ardusub):
+        raise ConfigError(f"{name}: logs of ArduSub and bags of ROS have no clock in common")
     for file in files:
         _check_profile(file)
     store = get_typestore(Stores.LATEST)
@@ -114,11 +121,20 @@ def whole(name: str) -> Iterator[None]:
         raise ConfigError(f"{name}: cannot be read, cut off or no log: {_words(error)}") from error
 
 
-def _mavlink(files: Sequence[str]) -> Messages:
+def _mavlink(files: Sequence[str], said: list[str]) -> Messages:  # said: of damage, by C code, a line a byte
     from pymavlink import mavutil  # type: ignore[import-untyped]
 
     for file in files:
-        log = mavutil.mavlink_connection(file)
+        stderr = os.dup(2)
+        with tempfile.TemporaryFile() as lines:
+            os.dup2(lines.fileno(), 2)
+            try:
+                log = mavutil.mavlink_connection(file)
+            finally:
+                os.dup2(stderr, 2)
+                os.close(stderr)
+            lines.seek(0)
+            said += lines.read().decode("utf-8", "replace").splitlines()
         while (message := log.recv_msg()) is not None:
             if message.get_type() != "BAD_DATA":
                 yield message.get_type(), _sender(message), round(1e9 * message._timestamp), message

@@ -69,8 +69,7 @@ KNOWN: Mapping[str, Sequence[tuple[Sequence[str], Sequence[str]]]] = {
                  (("pose.pose.orientation", "pose.orientation", "transform.rotation"), QUATERNION),
                  (("twist.twist.linear",), VELOCITY), (("twist.twist.angular",), TURN_RATE)),
     "imu": ((("orientation",), QUATERNION), (("angular_velocity",), TURN_RATE)), "depth": ((("data", "depth"), DEPTH),),
-    "dvl": ((("twist.twist.linear", "twist.linear", "vector", "velocity"), VELOCITY),),
-    "commands": ((("data", "channels"), ()),)}
+    "dvl": ((("twist.twist.linear", "twist.linear", "vector", "velocity"), VELOCITY),), "commands": ((("data", "channels"), ()),)}
 # Of axes to the right and down.
 TURNED = {*POSITION[1:], *QUATERNION[2:], *VELOCITY[1:], *TURN_RATE[1:], *EULER[1:], *WATER[1:]}
 COLUMNS = {*POSITION, *QUATERNION, *VELOCITY, *TURN_RATE, *EULER, *DEPTH, *WATER}
@@ -210,13 +209,19 @@ def _settings(topics: Union[Path, Mapping[str, Any]]
         except (YAMLError, UnicodeDecodeError) as error:
             raise ConfigError(f"{name}: is no YAML: {' '.join(str(error).split())}") from None
 
-    def keys(value: Any, path: str, allowed: Iterable[str]) -> dict[str, Any]:
+    def keys(value: Any, path: str, allowed: Sequence[str] = ()) -> dict[str, Any]:
         if not isinstance(value, Mapping):
-            raise ConfigError(f"{name}: {path or 'it'} must have the keys {', '.join(allowed)}")
+            raise ConfigError(f"{name}: {path or 'it'} must have {'the keys ' + ', '.join(allowed) if allowed else 'names as keys'}")
         for key in value:
-            if key not in allowed:
+            if allowed and key not in allowed:
                 raise ConfigError(f"{name}: {path + '.' if path else ''}{key} is no key; there are {', '.join(allowed)}")
         return dict(value)
+
+    def names(value: Any, path: str) -> list[str]:
+        found = [value] if isinstance(value, str) else value or []
+        if not isinstance(found, (list, tuple)) or not all(isinstance(each, str) for each in found):
+            raise ConfigError(f"{name}: {path} is {value}, must be a name or a list of names")
+        return list(found)
 
     def one_of(value: Any, path: str, allowed: Sequence[str]) -> str:
         if value not in allowed:
@@ -239,29 +244,28 @@ def _settings(topics: Union[Path, Mapping[str, Any]]
             raise ConfigError(f"{name}: {of}: {sided[-1]['left']} is given for both sides; one that has both images side by side "
                               "must be cut into two topics first")
     entries = []
-    motion = given.get("motion") or {}
-    for key, value in keys(motion, "motion", list(motion) if isinstance(motion, Mapping) else []).items():
+    for key, value in keys(given.get("motion") or {}, "motion").items():
         path = f"motion.{key}"
         entry = {"topic": value} if isinstance(value, str) else keys(
             value, path, ("topic", "field", "columns", "scale", "offset", "axes", "clock"))
-        field, columns = entry.get("field"), entry.get("columns")
+        topic, field, columns = (names(entry.get(word), f"{path}.{word}") for word in ("topic", "field", "columns"))
         parts = KNOWN.get(key, ())
         if field or columns:
-            ways = [field] if isinstance(field, str) else field or [way for each, _ in parts[:1] for way in each]
+            ways = field or [way for each, _ in parts[:1] for way in each]
             parts = ((ways, tuple(columns or (parts[0][1] if parts else ()))),)
-        if "topic" not in entry or not parts or not all(columns for _, columns in parts):
-            raise ConfigError(f"{name}: {path} needs " + ("a topic" if "topic" not in entry else "field and columns"
+        if len(topic) != 1 or not parts or not all(columns for _, columns in parts):
+            raise ConfigError(f"{name}: {path} needs " + ("a topic" if len(topic) != 1 else "field and columns"
                                                           if key not in KNOWN else "columns, a thruster each"))
         for column in (column for _, columns in parts for column in columns):
             if column not in COLUMNS and not str(column).endswith(COMMANDS):
                 raise ConfigError(f"{name}: {path}: {column} is no column of a table of motion")
-        entries.append(_Entry(key, entry["topic"], parts, isinstance(field, list) or isinstance(field, str),
+        entries.append(_Entry(key, topic[0], parts, bool(field),
                               number(entry.get("scale", 1), f"{path}.scale"), number(entry.get("offset", 0), f"{path}.offset"),
                               one_of(entry.get("axes", "flu"), f"{path}.axes", ("flu", "frd")) == "frd",
                               one_of(entry.get("clock", clock), f"{path}.clock", ("stamp", "log"))))
     if not entries and not sided[0]:
         raise ConfigError(f"{name}: names neither images nor motion")
-    types = {str(kind): str(file) for kind, file in (given.get("types") or {}).items()}
+    types = {str(kind): str(file) for kind, file in keys(given.get("types") or {}, "types").items()}
     return sided[0], sided[1], entries, clock, types
 
 

@@ -213,8 +213,7 @@ class Fit:
         if self.outliers > 0.001:
             lines.append(f"  {100 * self.outliers:.1f} % of the measurements are no noise and were left out")
         if self.correlation_rows > 1.5:
-            lines.append(f"  what is left hangs together over {self.correlation_rows:.1f} rows: "
-                         "intervals are widened for it")
+            lines.append(f"  what is left hangs together over {self.correlation_rows:.1f} rows: intervals are widened for it")
         if self.validation:
             lines.append(f"  held out: position after {AHEAD_S:g} s within {1000 * self.validation['median_m']:.0f} mm "
                          f"(median of {self.validation['windows']}), before the fit {1000 * self.validation['before_m']:.0f} mm")
@@ -373,8 +372,6 @@ def main(arguments: Iterable[str] | None = None) -> int:
     for name, about in (("inform", "what logs can tell, before any fit"), ("fit", "the parameters, with intervals")):
         command = commands.add_parser(name, help=about)
         command.add_argument("logs", nargs="+", help="tables of motion (CSV), `trajectory.csv` for instance")
-        command.add_argument("--scenario", required=True, help="names the vehicle and what is known of it")
-        command.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="one key of the scenario")
         command.add_argument("--water", choices=("still", "steady"), default="still")
         command.add_argument("--find", nargs="+", default=[], choices=list(FINDS), help="what else the log has")
         command.add_argument("--thrust-std", type=float, default=0, help="relative, of what is known of the thrust")
@@ -383,12 +380,13 @@ def main(arguments: Iterable[str] | None = None) -> int:
             command.add_argument("--out", help="the vehicle's data (YAML)")
             command.add_argument("--plot", help="residuals as a picture")
     command = commands.add_parser("plan", help="commands that tell most, as a file to play")
-    command.add_argument("--scenario", required=True)
-    command.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     command.add_argument("--duration", type=float, default=60)
     command.add_argument("--pool", type=float, nargs=3, default=(4, 3, 1), metavar=("LENGTH", "WIDTH", "DEPTH"))
     command.add_argument("--most-thrust", type=float, default=0.7, help="share of full thrust")
     command.add_argument("--out", required=True)
+    for command in commands.choices.values():
+        command.add_argument("--scenario", required=True, help="names the vehicle and what is known of it")
+        command.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="one key of the scenario")
     given = parser.parse_args(None if arguments is None else list(arguments))
     try:
         return _do(given)

@@ -105,7 +105,7 @@ class McapFile:
         """Numbers and words by their names, as a message turbidock.NAME whose fields are the first row's."""
         if topic not in self._types:
             self._types[topic] = _row_type(name, row)
-        self.write(topic, self._types[topic](**{_identifier(key): value for key, value in row.items()}), log_ns)
+        self.write(topic, self._types[topic](**{re.sub(r"\W", "_", key): value for key, value in row.items()}), log_ns)
 
     def log(self, words: str, log_ns: int, warning: bool = False) -> None:
         """A line of the topic /log."""
@@ -178,16 +178,12 @@ def stamp(ns: int) -> Timestamp:
     return Timestamp(seconds=ns // 10**9, nanos=ns % 10**9)
 
 
-def _identifier(name: str) -> str:
-    return re.sub(r"\W", "_", name)
-
-
 def _row_type(name: str, row: Mapping[str, float | str]) -> type[Message]:
     file = FileDescriptorProto(name=f"turbidock/{name}.proto", package="turbidock", syntax="proto3")
     fields = file.message_type.add(name=name).field
     for number, (key, value) in enumerate(row.items(), 1):
         kind = FieldDescriptorProto.TYPE_STRING if isinstance(value, str) else FieldDescriptorProto.TYPE_DOUBLE
-        fields.add(name=_identifier(key), number=number, label=FieldDescriptorProto.LABEL_OPTIONAL, type=kind)
+        fields.add(name=re.sub(r"\W", "_", key), number=number, label=FieldDescriptorProto.LABEL_OPTIONAL, type=kind)
     pool = DescriptorPool()
     pool.AddSerializedFile(file.SerializeToString())
     return GetMessageClass(pool.FindMessageTypeByName(f"turbidock.{name}"))

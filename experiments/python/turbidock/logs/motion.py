@@ -50,7 +50,7 @@ def read_motion(file: Union[str, "os.PathLike[str]"]) -> Motion:
     a time that is none, and as of `check_motion`."""
     name = os.fspath(file)
     try:
-        with open(name, newline="", encoding="utf-8") as text:
+        with open(name, newline="", encoding="utf-8-sig") as text:  # a spreadsheet's mark at its begin is no letter
             rows = list(csv.reader(text))
     except OSError as error:
         raise ConfigError(f"{name}: {error.strerror}") from None
@@ -60,11 +60,13 @@ def read_motion(file: Union[str, "os.PathLike[str]"]) -> Motion:
         raise ConfigError(f"{name}: is empty")
     header = [word.strip() for word in rows[0]]
     if "time_s" not in header:
-        raise ConfigError(f"{name}:1: has no column time_s")
+        raise ConfigError(f"{name}:1: has no column time_s" + ", and no commas between columns" * (len(header) == 1))
+    if twice := next((word for word in header if word and header.count(word) > 1), ""):
+        raise ConfigError(f"{name}:1: has column {twice} twice")
     for number, row in enumerate(rows[1:], 2):
-        if len(row) != len(header):
+        if row and len(row) != len(header):
             raise ConfigError(f"{name}:{number}: has {len(row)} values, the header {len(header)}")
-    table = np.array([[_number(word) for word in row] for row in rows[1:]], float).reshape(-1, len(header))
+    table = np.array([[_number(word) for word in row] for row in rows[1:] if row], float).reshape(-1, len(header))
     return check_motion({column: table[:, i] for i, column in enumerate(header)}, name)
 
 
@@ -78,9 +80,8 @@ def _number(word: str) -> float:
 def write_motion(motion: Mapping[str, npt.ArrayLike], file: Union[str, "os.PathLike[str]"]) -> None:
     """Writes such a file, whole or not at all; what is NaN is empty."""
     table = check_motion(motion, "motion")
-    lines = [",".join(table)]
-    for row in zip(*table.values()):
-        lines.append(",".join("" if np.isnan(value) else repr(float(value)) for value in row))
+    rows = zip(*table.values())
+    lines = [",".join(table), *(",".join("" if np.isnan(value) else repr(float(value)) for value in row) for row in rows)]
     name = os.fspath(file)
     with open(name + ".part", "w", encoding="utf-8") as text:
         text.write("\n".join(lines) + "\n")
@@ -103,14 +104,12 @@ def check_motion(motion: Mapping[str, npt.ArrayLike], name: str = "motion") -> M
     if len(bad):
         raise ConfigError(f"{name}:{bad[0] + 2}: time_s is no number")
     back = np.flatnonzero(np.diff(time_s) <= 0)
-    if len(back):
-        row = back[0]
+    for row in back[:1]:
         raise ConfigError(f"{name}:{row + 3}: the clock runs backwards, from {time_s[row]:g} to {time_s[row + 1]:g} s")
     for group in (POSITION, QUATERNION, VELOCITY, TURN_RATE, WATER):
         there = [column for column in group if column in table]
         if there and len(there) < len(group):
-            missing = ", ".join(column for column in group if column not in table)
-            raise ConfigError(f"{name}: has {there[0]} but not {missing}")
+            raise ConfigError(f"{name}: has {there[0]} but not {', '.join(column for column in group if column not in table)}")
     return table
 
 
