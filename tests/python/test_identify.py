@@ -298,8 +298,9 @@ def test_bad_logs_are_refused_in_a_line(scenario, commands, tmp_path):
     assert "position has noise of 4" in (words := refusal(**{f"vehicle_{a}_m": 1000 * log[f"vehicle_{a}_m"] for a in "xyz"}))
     assert words.endswith("it looks like millimetres")
     assert "no unit quaternions" in refusal(**{f"vehicle_q{axis}": np.where(posed, 0, np.nan) for axis in "wxyz"})
-    angles = {name: np.where(posed, degrees, np.nan) for name, degrees in (("roll_rad", 1), ("pitch_rad", 2), ("yaw_rad", 90))}
-    assert "look like degrees" in refusal(**dict.fromkeys(f"vehicle_q{axis}" for axis in "wxyz"), **angles)
+    for pitch in (0.5, 2):  # degrees
+        angles = {name: np.where(posed, degrees, np.nan) for name, degrees in (("roll_rad", 1), ("pitch_rad", pitch), ("yaw_rad", 90))}
+        assert "look like degrees" in refusal(**dict.fromkeys(f"vehicle_q{axis}" for axis in "wxyz"), **angles)
     rare = np.where(np.arange(len(posed)) % 200 < 2, 1, np.nan)
     assert "measurements of position" in refusal(**{f"vehicle_{a}_m": rare * log[f"vehicle_{a}_m"] for a in "xyz"})
     apart = np.where(log["time_s"] % 3 > 1, np.nan, 1)

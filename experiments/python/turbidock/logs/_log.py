@@ -191,8 +191,8 @@ def _sensors(table: Motion, time_s: Numbers, name: str) -> list[Sensor]:
         found.append(Sensor("attitude", times, values / np.linalg.norm(values, axis=1, keepdims=True), "delay.pose"))
     elif has(table, EULER):
         times, angles = columns(EULER)
-        if (abs(angles[:, :2]) > [3.2, 1.6]).any():
-            raise _core.ConfigError(f"{name}: roll_rad and pitch_rad beyond a half and a quarter turn look like degrees")
+        if (abs(angles) > [3.2, 1.6, 63]).any():
+            raise _core.ConfigError(f"{name}: roll_rad, pitch_rad, yaw_rad beyond a half, a quarter, ten turns look like degrees")
         found.append(Sensor("attitude", times, quaternion_of(*angles.T), "delay.onboard"))
     for kind, names in (("velocity", VELOCITY), ("turn_rate", TURN_RATE), ("depth", DEPTH)):
         if has(table, names):
