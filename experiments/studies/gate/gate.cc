@@ -57,12 +57,14 @@ std::vector<std::string> SetOtherwise(const batch::StoreHeader& header, const Ga
   for (const Condition& condition : gate.conditions)
     groups.push_back("cases." + condition.name + ".");
   std::set<std::string> otherwise;  // a key that all conditions have is said once
-  for (const auto& [key, values] :
+  for (const auto& difference :
        batch::DifferencesOf(header.plan, batch::HeaderOf(gate.plan, {}, kKind).plan)) {
+    const std::string& key = difference.first;
+    if (key == batch::kFolderKey) continue;
     const auto group = std::ranges::find_if(
         groups, [&key](const std::string& name) { return key.starts_with(name); });
-    if (key != batch::kFolderKey)
-      otherwise.insert(key.substr(group == groups.end() ? 0 : group->size()) + "=" + values[0]);
+    const size_t begin = group == groups.end() ? 0 : group->size();
+    otherwise.insert(key.substr(begin) + "=" + difference.second[0]);
   }
   return {otherwise.begin(), otherwise.end()};
 }
