@@ -146,7 +146,7 @@ class Reader {
   std::vector<double> Numbers(const std::string& tag, const std::string& key,
                               const std::string& text, size_t count) const {
     std::istringstream words(text);
-    const std::vector<double> n(std::istream_iterator<double>(words), {});
+    std::vector<double> n(std::istream_iterator<double>(words), {});
     if (n.size() != count || !words.eof() || !std::ranges::all_of(n, [](double x) {
           return std::abs(x) <= 1e4;  // as of any model
         }))
