@@ -70,15 +70,15 @@ void RequireUpright(const std::string& file) {
 
 VideoTimes TimesOf(const std::string& file) {
   using Json = nlohmann::json;
+  const std::string asked =
+      "packet=pts_time,flags:stream=nb_frames:stream_side_data=rotation:"
+      "format=duration,nb_streams";
   VideoTimes out;
   Json said;
   try {
-    system::Subprocess ffprobe(
-        {"ffprobe", "-v", "error", "-select_streams", "v:0", "-of", "json", "-show_entries",
-         "packet=pts_time,flags:stream=nb_frames:stream_side_data=rotation:"
-         "format=duration,nb_streams",
-         "file:" + file},
-        "ffmpeg");
+    system::Subprocess ffprobe({"ffprobe", "-v", "error", "-select_streams", "v:0", "-of", "json",
+                                "-show_entries", asked, "file:" + file},
+                               "ffmpeg");
     said = Json::parse(ffprobe.Finish());
   } catch (const SimulatorFault&) {
     return out;  // ffmpeg will say why
@@ -208,6 +208,7 @@ std::pair<double, std::string> MomentOf(const std::string& file) {
 
 std::vector<double> NumbersOf(const std::vector<std::string>& files) {
   std::vector<double> numbers;
+  numbers.reserve(files.size());
   for (const std::string& file : files) numbers.push_back(MomentOf(file).first);
   return numbers;
 }
