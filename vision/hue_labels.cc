@@ -174,7 +174,8 @@ HueLabeller::HueLabeller(const HueParams& params, const MarkerParams& marker)
 }
 
 // A channel of the median pixel is raised to 1 / kOwnRatio of the largest: what is nearer is the
-// water's own (at most 1.2 in the path-traced pairs). Dark water tells nothing.
+// water's own (at most 1.2 in the path-traced pairs). Water below kLeastMedian_dn (guess: where a
+// step is 6 %) tells nothing.
 void HueLabeller::LearnCast(const Image3u8& rgb) {
   constexpr int kStep_px = 8, kLeastMedian_dn = 16;
   constexpr double kOwnRatio = 1.25;

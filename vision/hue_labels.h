@@ -64,7 +64,8 @@ class HueLabeller {
   HueLabeller(const HueParams& params, const MarkerParams& marker);
 
   // Labels the pixels of `region` of one image, which must lie inside it; other labels stay as they
-  // are. Both gates use these pixels alone. Allocates only when the size of the image changes.
+  // are. Both gates use these pixels alone; the cast is that of the last whole image. Allocates
+  // only when the size of the image changes.
   void Label(const Image3u8& rgb, const PixelRegion& region, Image1u8* labels);
   void Label(const Image3u8& rgb, Image1u8* labels) {
     Label(rgb, {0, 0, rgb.width(), rgb.height()}, labels);

@@ -33,7 +33,7 @@ struct GroupSummary {
   // whole cells: among trials that were chosen by what they drew, what differs between strata is
   // chance, too. Trials of one seed in several cells are alike.
   statistics::Interval wilson;
-  bool by_strata = false;
+  bool by_strata = false;                    // whether strata narrow it
   Spread time_to_dock_s;                     // of the successes
   Spread error_true_y_m, error_true_z_m;     // absolute, when docked on the estimate
   Spread estimate_error_m;                   // distance of estimate and truth, of the successes

@@ -83,7 +83,7 @@ VideoTimes TimesOf(const std::string& file) {
   } catch (const SimulatorFault&) {
     return out;  // ffmpeg will say why
   }
-  for (const Json& data : said["streams"][0].value("side_data_list", Json::array()))
+  for (const Json& data : said["streams"][0]["side_data_list"])  // none of sound
     if (const int turned_deg = data.value("rotation", 0); turned_deg != 0)
       throw ConfigError(
           fmt::format("{}: says that it is stored turned (by {} degrees), which not every program "

@@ -50,7 +50,7 @@ std::string WithoutTags(const std::string& markdown) {
   std::string text;
   bool is_code = false;
   for (size_t i = 0; i < markdown.size(); ++i) {
-    is_code ^= markdown[i] == '`';
+    is_code = markdown[i] != '\n' && is_code != (markdown[i] == '`');
     const auto next = static_cast<unsigned char>(i + 1 < markdown.size() ? markdown[i + 1] : ' ');
     if (markdown[i] == '<' && !is_code && (std::isalpha(next) || next == '/' || next == '!'))
       text += '\\';

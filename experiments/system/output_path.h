@@ -43,7 +43,7 @@ class OutputPlan {
   // ConfigError for an output that cannot be written, is an input (under whatever name), is written
   // twice, or would replace what it must not. Leaves the file system as it was.
   void Require() const;
-  // Removes what stands at its outputs but results, which a run goes on with: what an earlier run
+  // Removes what stands at its outputs but results, which a run resumes: what an earlier run
   // said must not stand beside the trials of one that may not come to its end.
   void RemoveOld() const;
 

@@ -18,8 +18,9 @@ struct TagInScene {
 // square or not fixed to the marker.
 std::vector<TagInScene> TagsOf(const Scene& scene);
 
-// How bright, 0 to 1, the paint of `across` times `across` places is that lie over a tag and its
-// border, one of these places wide, row by row from the top left; 0 where nothing is there.
+// How bright, 0 to 1, the paint (green of geom_rgba; no material, no texture) of `across` times
+// `across` places is that lie over a tag and its border, one of these places wide, row by row from
+// the top left; 0 where nothing is there.
 std::vector<float> BrightnessOf(const Scene& scene, const TagInScene& tag, int across);
 
 }  // namespace turbidock::vehicle

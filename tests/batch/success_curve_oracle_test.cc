@@ -104,6 +104,20 @@ TEST(SuccessCurve, IntervalsAreOverTheStrataOfWholeCells) {
   EXPECT_EQ(interval("water.milk_ml_m3", "stratum"), statistics::WilsonInterval(0, 19).AsList());
 }
 
+TEST(IntervalText, SaysWhatMakesThemOthersThanWilsons) {
+  EXPECT_EQ(IntervalText(Summarise(InStrata(), {"start.heading_rad"})), "95 %, Wilson's");
+  EXPECT_THAT(IntervalText(Summarise(InStrata(), {"scenario"})),
+              HasSubstr(", by the plan's strata"));
+  std::vector<StoredTrial> alike;  // one seed in two cells, without strata
+  for (int i = 0; i < 20; ++i)
+    for (const char* milk : {"0", "10"}) {
+      alike.push_back(Trial(milk, "active", i % 2 == 0 ? 0.001 : -1));
+      alike.back().record.seed = i;
+    }
+  EXPECT_EQ(IntervalText(Summarise(alike, {})),
+            "95 %, Wilson's, the trials of one seed counted as alike");
+}
+
 TEST(SuccessCurve, TheSectionDrawsRatesWithIntervals) {
   const std::vector<SuccessCurve> curves = SuccessCurves(kTrials, "water.milk_ml_m3", {"scenario"});
   const report::Section section = SuccessSection("water.milk_ml_m3", {"scenario"}, curves);

@@ -239,6 +239,11 @@ std::vector<std::string> Videos() {
             Ffmpeg("-i " + plain + " -c copy -metadata:s:v rotate=180 " + folder + "turned.mp4");
             return PairsOf(folder + "turned.mp4", plain);
           }),
+      Row("video", "sound alone",
+          [=] {
+            Ffmpeg("-f lavfi -i sine=duration=1 " + folder + "sound.mp4");
+            return PairsOf(folder + "sound.mp4", make("l.mp4", "-c:v libx264 -qp 0"));
+          }),
       Row("video", "MPEG transport stream", both("ts", "-c:v libx264 -qp 0")),
       Row("video", "raw H.264, no times", both("h264", "-c:v libx264 -qp 0")),
       Row("video", "Matroska, cut off", both("mkv", "-c:v mjpeg -q:v 1", 0.6)),

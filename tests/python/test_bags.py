@@ -446,8 +446,8 @@ def test_bad_logs_are_one_line(simple, tmp_path):
     assert "motion.x: volts is no column of a table" in motion(x={"topic": "/thrusters", "field": "data", "columns": ["volts"]})
     assert "motion.commands needs columns, a thruster each" in motion(commands="/thrusters")
     for word, value in (("topic", 5), ("topic", [{"a": 1}]), ("field", 5), ("field", {"x": "y"}), ("columns", [5])):
-        entry = {"topic": "/depth", "field": "data", "columns": ["depth_m"]} | {word: value}
-        assert f"motion.depth.{word} is {value}, must be a name or a list of names" in motion(depth=entry)
+        said = motion(depth={"topic": "/depth", "field": "data", "columns": ["depth_m"]} | {word: value})
+        assert f"motion.depth.{word} is {value}, must be a name or a list of names" in said
     assert "motion.depth needs a topic" in motion(depth={"topic": ["/depth", "/imu"]})
     assert "topics: types must have names as keys" in refused({"motion": {"depth": "/depth"}, "types": ["a"]})
     assert "motion.imu.axes is ned, must be flu or frd" in motion(imu={"topic": "/imu", "axes": "ned"})

@@ -67,6 +67,8 @@ TEST(Markdown, ANameIsNoElement) {
                 .sections = {{.title = "Again", .commands = {{"All of <i>", "cat <in"}}}}});
   EXPECT_THAT(text, StartsWith("# \\<b>calm\\</b>, \\<!-- or\n\n- F < 0.5: **3<4**, `<p>`\n"));
   EXPECT_THAT(text, HasSubstr("- All of \\<i>: `cat <in`\n"));
+  EXPECT_THAT(Markdown({.kind = "gate", .title = "a ` in a name", .missing = {"<b>"}}),
+              HasSubstr("\n\\<b>"));
 }
 
 TEST(Table, CountsLettersNotBytes) {

@@ -155,7 +155,10 @@ TEST_F(Comparison, WhatDiffersOnPurposeIsIgnored) {
   // a parameter of one set only, in which its trials differ
   const batch::ResultStore c = Store("c.db", {{1, true, 30}, {1, true, 30, "20"}});
   const batch::ResultStore plain = Store("plain.db", {{1, true, 30}}, {});
-  EXPECT_THAT(MessageOf([&] { PairTrials(c, plain, {}); }), HasSubstr("several trials"));
+  EXPECT_THAT(MessageOf([&] { PairTrials(c, plain, {}); }),
+              HasSubstr("they differ in water.milk_ml_m3, which tells no pairs apart"));
+  EXPECT_THAT(MessageOf([&] { PairTrials(c, c, {.by = {}, .ignore = {"water.milk_ml_m3"}}); }),
+              HasSubstr("or --ignore leaves it out"));
   EXPECT_THAT(MessageOf([&] { PairTrials(a, b, {.by = {"water.milk"}, .ignore = {}}); }),
               HasSubstr("did you mean water.milk_ml_m3?"));
 }

@@ -104,8 +104,8 @@ def check_motion(motion: Mapping[str, npt.ArrayLike], name: str = "motion") -> M
     if len(bad):
         raise ConfigError(f"{name}:{bad[0] + 2}: time_s is no number")
     back = np.flatnonzero(np.diff(time_s) <= 0)
-    for row in back[:1]:
-        raise ConfigError(f"{name}:{row + 3}: the clock runs backwards, from {time_s[row]:g} to {time_s[row + 1]:g} s")
+    if len(back):
+        raise ConfigError("{}:{}: the clock runs backwards, from {:g} to {:g} s".format(name, back[0] + 3, *time_s[back[0]:][:2]))
     for group in (POSITION, QUATERNION, VELOCITY, TURN_RATE, WATER):
         there = [column for column in group if column in table]
         if there and len(there) < len(group):
