@@ -29,7 +29,7 @@ function(turbidock_module name folder)
   endif()
   # All around the trial runs once a command, not once a frame: compiling it costs more than optimising it gains.
   # (Boost's long doubles in statistics, unless folded when compiled, end the program under valgrind.)
-  if(folder MATCHES "^experiments/" AND NOT folder MATCHES "/(trial|media|statistics)$")
+  if(folder MATCHES "^experiments/" AND NOT folder MATCHES "/(trial|media|search|statistics)$")
     list(APPEND arg_OPTIONS $<$<CONFIG:Release>:-O1>)
   endif()
   turbidock_compile_options(turbidock_${name})
