@@ -65,7 +65,7 @@ int Batch(const BatchArguments& arguments) {
       batch::OpenResults(arguments.out, plan, shard, arguments.anew, options.jobs);
   outputs.RemoveOld();
   progress.Say(fmt::format("{}: {}{} trials{}, plan {}, {}", plan.title(),
-                           plan.settings().precision > 0 ? "up to " : "", plan.trials(),
+                           plan.decides() ? "up to " : "", plan.most(),
                            shard.count > 1 ? ", of which shard " + shard.Text() : "", plan.hash(),
                            system::VersionAndCommit()));
   for (const std::string& remark : plan.remarks()) progress.Say("  " + remark);

@@ -29,8 +29,8 @@ std::string Described(const std::string& folder, const std::string& name) {
   if (folder == "scenarios") return trial::LoadScenario(name, {}).description;
   if (folder == "studies") return tuning::LoadStudy(name).plan().title();
   const batch::Plan plan = folder == "gates" ? gate::LoadGate(name).plan : batch::LoadPlan(name);
-  return fmt::format("{} {:>5} trials  {}", plan.settings().precision > 0 ? "up to" : "     ",
-                     plan.trials(), plan.settings().description);
+  return fmt::format("{} {:>5} trials  {}", plan.decides() ? "up to" : "     ", plan.most(),
+                     plan.settings().description);
 }
 
 void PrintBundled(const std::string& folder) {

@@ -12,27 +12,64 @@ namespace turbidock::batch {
 
 TrialScheduler::TrialScheduler(const TrialRule& rule, const Shard& shard)
     : rule_(rule), shard_(shard), cells_(static_cast<size_t>(rule.cells)) {
+  if (rule_.search) {
+    lattices_.resize(static_cast<size_t>(rule_.unit_of(rule_.cells)));
+    for (int64_t i = 0; i < std::ssize(lattices_); ++i)
+      if (shard_.Has(i)) ++cells_of_shard_, ChooseRounds(i);
+    return;
+  }
   for (int64_t cell = 0; cell < rule_.cells; ++cell) {
     cells_of_shard_ += !rule_.precision || Owns(cell);
     cells_[static_cast<size_t>(cell)].strata.resize(static_cast<size_t>(rule_.strata));
-    WantMore(cell);
+    WantMore(cell, rule_.batch);
   }
 }
 
-void TrialScheduler::WantMore(int64_t cell) {
+void TrialScheduler::WantMore(int64_t cell, int64_t count) {
   Cell& c = cells_[static_cast<size_t>(cell)];
-  const int64_t before = std::exchange(c.wanted, std::min(c.wanted + rule_.batch, rule_.most));
+  const int64_t before = std::exchange(c.wanted, std::min(c.wanted + count, rule_.most));
   for (int64_t sample = before; sample < c.wanted; ++sample) {
+    const bool is_known = c.Of(sample) != Result::kUnknown;
     wanted_ += Owns(sample * rule_.cells + cell);
-    done_ += c.Of(sample) != Result::kUnknown;
+    done_ += is_known;
+    if (!rule_.search) continue;
+    Lattice& lattice = lattices_[static_cast<size_t>(rule_.unit_of(cell))];
+    ++lattice.wanted;
+    lattice.known += is_known;
   }
   open_.push_back(cell);
+}
+
+std::vector<int> TrialScheduler::NextRoundOf(int64_t lattice) const {
+  const auto points = static_cast<size_t>(rule_.search->lattice.cells());
+  std::vector<search::Tally> tallies(points);
+  std::vector<int64_t> run(points);
+  for (size_t i = 0; i < points; ++i) {
+    const Cell& c = cells_[static_cast<size_t>(lattice) * points + i];
+    run[i] = c.wanted;
+    for (int64_t sample = 0; sample < c.wanted; ++sample) {
+      tallies[i].trials += c.Of(sample) != Result::kNeither;
+      tallies[i].successes += c.Of(sample) == Result::kSuccess;
+    }
+  }
+  return search::NextRound(*rule_.search, tallies, std::move(run));
+}
+
+void TrialScheduler::ChooseRounds(int64_t lattice) {
+  Lattice& l = lattices_[static_cast<size_t>(lattice)];
+  if (l.decided) return;
+  while (!l.decided && l.known == l.wanted) {
+    const std::vector<int> cells = NextRoundOf(lattice);
+    l.decided = cells.empty();
+    for (const int cell : cells) WantMore(lattice * rule_.search->lattice.cells() + cell, 1);
+  }
+  reached_ += l.decided;
 }
 
 void TrialScheduler::Decide(int64_t cell) {
   Cell& c = cells_[static_cast<size_t>(cell)];
   const bool is_narrow = statistics::StratifiedInterval(c.strata).half_width() <= *rule_.precision;
-  if (!is_narrow && c.counted < rule_.most) return WantMore(cell);
+  if (!is_narrow && c.counted < rule_.most) return WantMore(cell, rule_.batch);
   c.decided = true;
   reached_ += is_narrow;
 }
@@ -48,6 +85,11 @@ void TrialScheduler::Add(int64_t trial, std::optional<bool> success) {
                                                       : Result::kFailure;
   successes_ += success == true;
   done_ += sample < c.wanted;
+  if (rule_.search && sample < c.wanted) {
+    const int64_t lattice = rule_.unit_of(cell);
+    ++lattices_[static_cast<size_t>(lattice)].known;
+    ChooseRounds(lattice);
+  }
   if (!rule_.precision) return;
   while (!c.decided && c.Of(c.counted) != Result::kUnknown) {
     const Result result = c.Of(c.counted);
@@ -72,6 +114,7 @@ std::optional<int64_t> TrialScheduler::Next() {
 }
 
 int64_t TrialScheduler::most() const {
+  if (rule_.search) return std::max(wanted_, complete() ? 0 : cells_of_shard_ * rule_.search->most);
   return rule_.precision ? cells_of_shard_ * rule_.most : wanted_;
 }
 

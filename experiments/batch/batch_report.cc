@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "experiments/batch/envelope.h"
 #include "experiments/batch/failure_effects.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/report/table.h"
@@ -83,6 +84,8 @@ report::Verdict StateOf(const BatchSummary& summary) {
       fmt::format("{}: {}, plan {}, written by {}{}.", system::OneLineOf(summary.file), header.kind,
                   header.plan_hash(), header.build,
                   header.shard.count > 1 ? ", shard " + header.shard.Text() : "");
+  if (IsComplete(summary) && summary.envelope)
+    return {summary.envelope->lines.front(), report::Tone::kNone, reason + " Complete."};
   if (IsComplete(summary))
     return {fmt::format("{:.0f} % succeed [{:.0f} to {:.0f}]", 100 * summary.all.rate(),
                         100 * summary.all.wilson.low, 100 * summary.all.wilson.high),
@@ -112,8 +115,13 @@ std::vector<report::Fact> FactsOf(const BatchSummary& summary) {
     facts.push_back(
         {"precision", fmt::format("{:g} % in {} of {} cells", 100 * *summary.rule.precision,
                                   scheduler.reached(), scheduler.cells())});
+  if (summary.rule.search)
+    facts.push_back(
+        {"boundaries", fmt::format("{} of {} known to {:g} % of the ranges", scheduler.reached(),
+                                   scheduler.cells(), 100 * summary.rule.search->width)});
   if (all.trials == 0) return facts;
-  facts.push_back({"success", RateText(all), "interval: " + IntervalText({all})});
+  if (!summary.rule.search)  // trials stand where about half of them fail
+    facts.push_back({"success", RateText(all), "interval: " + IntervalText({all})});
   if (all.successes > 0)
     facts.push_back({"time to dock", report::Fixed(all.time_to_dock_s.median, 1) + " s", "median"});
   const auto mm = [](const Spread& spread) {
@@ -174,7 +182,7 @@ std::vector<std::string> NotVaried(const StoreHeader& header) {
       std::erase(rest, key.substr(0, key.find_first_of(".[")));
   };
   bool scenarios = false;
-  for (const char* part : {"grid", "random"})
+  for (const char* part : {"grid", "ranges", "random"})
     if (const auto keys = plan->Find(part)) {
       vary(*keys);
       scenarios |= keys->Find("scenario").has_value();
@@ -210,6 +218,10 @@ BatchSummary SummaryOf(const ResultStore& store, const std::string& file,
   if (trials.empty()) return summary;
   summary.all = Summarise(trials, {})[0];
   if (summary.header.is_of_plan()) summary.failures = FailureSection(FailureEffects(trials));
+  if (const auto envelopes = EnvelopesOf(summary.header, trials)) {
+    summary.envelope = EnvelopeSection(*envelopes);
+    summary.envelope_json = EnvelopeJson(*envelopes);
+  }
   AddCurves(trials, options, &summary);
   // Who tells so may be the one who just ran the last trial and holds the file still.
   if (IsComplete(summary)) summary.running = false;
@@ -223,6 +235,7 @@ report::Report ReportOf(const BatchSummary& summary) {
                         .verdict = StateOf(summary),
                         .facts = FactsOf(summary)};
   if (summary.trials == 0) report.missing.emplace_back("No trials: none was stored yet");
+  if (summary.envelope) report.sections.push_back(*summary.envelope);
   if (!summary.curves.empty()) {
     report.sections.push_back(SuccessSection(summary.over, summary.curves_by, summary.curves));
     if (!summary.pooled.empty())
@@ -233,7 +246,7 @@ report::Report ReportOf(const BatchSummary& summary) {
     report.sections.push_back(GroupSection(summary.keys, summary.groups, summary.rule.precision));
   if (summary.trials > 0) report.sections.push_back(FailureTable(summary.all));
   if (summary.failures) report.sections.push_back(*summary.failures);
-  if (summary.header.is_of_plan() && !summary.groups.empty())
+  if (summary.header.is_of_plan() && !summary.groups.empty() && !summary.rule.search)
     report.sections.push_back(LimitsSection(summary));
   if (summary.trials == 0) return report;
   for (const auto& [title, player] : {std::pair{"Success by anything", "success"},
@@ -254,6 +267,7 @@ Json ResultJson(const BatchSummary& summary) {
     json["precision"] = {{"half_width", *summary.rule.precision},
                          {"cells", scheduler.cells()},
                          {"reached", scheduler.reached()}};
+  if (summary.envelope) json["envelope"] = summary.envelope_json;
   json["groups"] = GroupsJson(summary.keys, summary.groups);
   if (!summary.curves.empty())
     json["success"] = {

@@ -39,6 +39,8 @@ struct BatchSummary {
   std::vector<std::string> pooled =
       {};  // varied keys of the grid that the curves do not tell apart
   std::vector<SuccessCurve> curves = {};         // may be none
+  std::optional<report::Section> envelope = {};  // of a plan with ranges
+  report::Json envelope_json = {};
   std::optional<report::Section> failures = {};  // what goes with them, of enough of them
 };
 

@@ -3,18 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <iterator>
 #include <optional>
 #include <set>
 #include <string_view>
 
-#include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/statistics/intervals.h"
 #include "experiments/statistics/sampling.h"
-#include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 #include "experiments/trial/world.h"
 #include "sim/base/random.h"
@@ -131,6 +128,7 @@ Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
     for (const Case& one : cases_) axis.values.push_back(one.name);
   }
   if (const auto grid = plan.Find("grid")) ReadGrid(*grid);
+  ReadRanges(plan, overrides);
   if (const auto strata = plan.Find("strata")) strata_ = CasesIn(*strata, kStratumKey);
   if (const auto random = plan.Find("random")) ReadRandom(*random);
   CountTrials(overrides.seeds ? "--seeds" : file + ": seeds");
@@ -155,7 +153,7 @@ void Plan::CountTrials(const std::string& key) {
     throw ConfigError(key, fmt::format("{} must be a multiple of {}: each stratum is met equally "
                                        "often",
                                        settings_.seeds, strata_.size()));
-  samples_ = SamplesOf(settings_.seeds, settings_.precision);
+  samples_ = envelope_ ? kMostOfCell : SamplesOf(settings_.seeds, settings_.precision);
   cells_ = 1;
   for (const GridAxis& axis : grid_) {
     cells_ *= std::ssize(axis.values);
@@ -195,6 +193,38 @@ void Plan::ReadGrid(const config::YamlNode& node) {
     for (const config::YamlNode& value : elements) given_.Add(key, value);
     grid_.push_back(axis);
     keys_.push_back(key);
+  }
+}
+
+void Plan::ReadRanges(const config::YamlNode& plan, const PlanOverrides& overrides) {
+  envelope_ = ReadEnvelope(plan);
+  if (!envelope_) return;
+  const char* why = "does not go with `ranges`: `find` says how many trials there are";
+  if (overrides.seeds) throw ConfigError("--seeds", why);
+  if (!plan.Find("resolved_scenarios")) RefuseKeys(plan, {{"seeds", why}});
+  const search::Lattice lattice = envelope_->Search().lattice;
+  const std::vector<config::KeyDoc> keys = trial::ScenarioKeys(plugins_);
+  for (size_t k = 0; k < envelope_->ranges.size(); ++k) {
+    const RangeKey& range = envelope_->ranges[k];
+    const config::YamlNode at = *plan.Find("ranges")->Find(range.key);
+    const config::YamlNode one_value = config::TextNode("", at);
+    RequireGivable(range.key, at);
+    if (std::ranges::any_of(keys,
+                            [&](const config::KeyDoc& doc) {
+                              return doc.key == range.key &&
+                                     (doc.type == "text" || doc.type == "file");
+                            }) ||
+        range.key == kScenarioKey)
+      at.Fail("is no number; it belongs in the grid or in a case");
+    given_.RequireNew(range.key, one_value);
+    given_.Add(range.key, one_value);
+    GridAxis& axis = grid_.emplace_back(GridAxis{.key = range.key, .values = {}});
+    const int last = lattice.axes[k].values - 1;
+    for (int i = 0; i <= last; ++i) {
+      axis.values.push_back(FormatNumber(range.At(i / static_cast<double>(last))));
+      axis.nodes.push_back(config::TextNode(axis.values.back(), at));
+    }
+    keys_.push_back(range.key);
   }
 }
 
@@ -286,10 +316,10 @@ TrialSpec Plan::Trial(int64_t trial) const {
   TD_CHECK(0 <= trial && trial < trials(), "a trial of the plan");
   TrialSpec spec;
   spec.trial = trial;
-  // With a precision sample by sample: more trials of a cell then change no trial's number or seed.
-  const bool by_sample = settings_.precision > 0;
-  spec.cell = by_sample ? trial % cells_ : trial / samples_;
-  spec.sample = by_sample ? trial / cells_ : trial % samples_;
+  // With a precision or ranges sample by sample: more trials of a cell then change no trial's
+  // number or seed.
+  spec.cell = decides() ? trial % cells_ : trial / samples_;
+  spec.sample = decides() ? trial / cells_ : trial % samples_;
   int64_t rest = spec.cell;
   spec.parameters.resize(grid_.size());
   for (size_t i = grid_.size(); i-- > 0;) {
@@ -297,7 +327,11 @@ TrialSpec Plan::Trial(int64_t trial) const {
     spec.parameters[i] = {grid_[i].key, grid_[i].values[static_cast<size_t>(rest % n)]};
     rest /= n;
   }
-  const std::string cell = settings_.common_seeds ? "" : CellName(spec.parameters);
+  // Places in the ranges have seeds of their own: else few seeds would decide the whole boundary.
+  const auto ranges = envelope_ ? std::ssize(envelope_->ranges) : 0;
+  const std::string cell =
+      CellName({settings_.common_seeds ? spec.parameters.end() - ranges : spec.parameters.begin(),
+                spec.parameters.end()});
   SeedTree seeds(static_cast<uint64_t>(settings_.master_seed));
   if (!cell.empty()) seeds = SeedTree(seeds.Stream("cell:" + cell).NextU64());
   spec.seed = seeds.TrialSeed(spec.sample);
@@ -319,7 +353,7 @@ double Plan::DrawOf(const RandomKey& random, const std::string& cell, int64_t sa
 }
 
 int64_t Plan::NumberOf(int64_t cell, int64_t sample) const {
-  return settings_.precision > 0 ? sample * cells_ + cell : cell * samples_ + sample;
+  return decides() ? sample * cells_ + cell : cell * samples_ + sample;
 }
 
 std::optional<int64_t> Plan::NumberOf(const std::vector<Parameter>& parameters,
@@ -449,52 +483,11 @@ void Plan::CheckTrials(const std::string& file) {
   RemarkDraws();
 }
 
-VariedKeys Plan::Varied() const {
-  VariedKeys varied;
-  for (const auto* cases : {&cases_, &strata_})
-    for (const Case& one : *cases)
-      for (const config::Assignment& given : one.values) varied.Add(given.key, given.value);
-  for (const GridAxis& axis : grid_)
-    for (const config::YamlNode& value : axis.nodes) varied.Add(axis.key, value);
-  for (size_t i = 0; i < random_.size(); ++i) {
-    varied.Add(random_[i].key, config::TextNode("", distributions_[i]));
-    if (const auto choices = distributions_[i].Find("choice"))
-      for (const config::YamlNode& value : choices->Elements()) varied.Add(random_[i].key, value);
-  }
-  return varied;
-}
-
-std::vector<config::KeyDoc> PlanKeys() {
-  std::vector<config::KeyDoc> docs = config::ListKeys<PlanSettings>();
-  for (const auto& [key, what] : PlanGroups())
-    docs.push_back({.key = key,
-                    .type = key == kFolderKey ? "text" : "group of keys",
-                    .value = "",
-                    .range = "",
-                    .doc = what});
-  return docs;
-}
-
 int64_t SamplesOf(int64_t seeds, double precision) {
   if (!(precision > 0)) return seeds;
   constexpr double kFinest = 0.001;  // a million trials
   const int64_t needed = statistics::TrialsForHalfWidth(std::clamp(precision, kFinest, 0.5));
   return (std::max(needed, seeds) + seeds - 1) / seeds * seeds;
-}
-
-Plan LoadPlan(const std::string& name, const PlanOverrides& overrides) {
-  const std::string file = config::FindBundled("plans", "plan", name);
-  return Plan(system::ReadWhole(file), file, overrides);
-}
-
-Shard ParseShard(const std::string& text) {
-  Shard shard;
-  int read = 0;
-  std::sscanf(text.c_str(), "%d/%d%n", &shard.index, &shard.count, &read);
-  if (read == 0 || static_cast<size_t>(read) != text.size() || shard.index < 1 ||
-      shard.index > shard.count)
-    throw ConfigError("--shard " + text + ": must be I/N with I from 1 to N");
-  return shard;
 }
 
 }  // namespace turbidock::batch

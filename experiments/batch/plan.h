@@ -15,6 +15,9 @@
 //     as planned: {}                   # of the grid
 //     one thruster weak: {vehicle.thrusters.effectiveness: [0.6, 1, 1, 1]}
 //     pool: {scenario: pool_active}    # this case's; else the plan's
+//   ranges:                            # one to three keys, over which `find` looks for the values
+//     sea.current.gust_std_mps: {from: 0, to: 0.2, success: falls}  # where success crosses a rate
+//   find: {rate: 0.9, width: 0.1}      # in place of `seeds`, `precision` and `strata`
 //   strata:                            # equally likely parts of the draws, met in turn by a cell
 //     near: {start.distance_min_m: 0.6, start.distance_max_m: 1}
 //     far: {start.distance_min_m: 1, start.distance_max_m: 1.4}
@@ -39,6 +42,7 @@
 #include <vector>
 
 #include "experiments/batch/plan_keys.h"
+#include "experiments/batch/plan_ranges.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/trial/scenario.h"
 #include "sim/base/digest.h"
@@ -74,7 +78,8 @@ struct PlanSettings {
           "run a cell on, `seeds` trials at a time, until its success rate is known so well: half "
           "the width of the 95 % Wilson interval, which strata make narrower; 0: `seeds` trials");
     field("common_seeds", self.common_seeds, Finite(),
-          "use the same seeds and draws in every cell, so that cells compare pair by pair");
+          "use the same seeds and draws in every cell, so that cells compare pair by pair; with "
+          "`ranges`, at the same values of these");
     field("trial_time_limit_s", self.trial_time_limit_s, InRange(0.1, 1e6),
           "wall time after which a trial counts as hung");
     field("series_every_frames", self.series_every_frames, InRange(0, 1e6),
@@ -145,7 +150,8 @@ class Plan {
   const trial::Plugins& plugins() const { return plugins_; }
   // Of the plug-ins that its trials use, a line each.
   std::string code() const;
-  const std::vector<GridAxis>& grid() const { return grid_; }
+  const std::vector<GridAxis>& grid() const { return grid_; }  // its ranges are the last axes
+  const std::optional<EnvelopePlan>& envelope() const { return envelope_; }
   // Keys of a trial's parameters, in their order.
   const std::vector<std::string>& keys() const { return keys_; }
   // Its description, or the name of its file.
@@ -155,8 +161,13 @@ class Plan {
   // What there is to say of its values, a sentence each: such as one that a preset after it undoes.
   const std::vector<std::string>& remarks() const { return remarks_; }
   int64_t cells() const { return cells_; }
-  // Of all cells; with a precision, at most.
+  // Of all cells; with a precision, at most. With ranges the numbers that trials can have.
   int64_t trials() const { return cells_ * samples_; }
+  // How many are run; with a precision or ranges, at most.
+  int64_t most() const {
+    return envelope_ ? cells_ / envelope_->points() * envelope_->find.trials : trials();
+  }
+  bool decides() const { return settings_.precision > 0 || envelope_; }  // on how many are run
 
   TrialSpec Trial(int64_t trial) const;
   TrialSpec FirstOf(int64_t cell) const { return Trial(NumberOf(cell, 0)); }
@@ -182,6 +193,7 @@ class Plan {
   void CountTrials(const std::string& key);  // which says how many, for messages
   void ReadSet(const config::YamlNode& plan, const std::vector<config::Assignment>& assignments);
   void ReadGrid(const config::YamlNode& node);
+  void ReadRanges(const config::YamlNode& plan, const PlanOverrides& overrides);
   // Those of a key of the plan, and the parameter that they are values of: kCaseKey, kStratumKey.
   std::vector<Case> CasesIn(const config::YamlNode& node, const std::string& parameter);
   void ReadRandom(const config::YamlNode& node);
@@ -206,6 +218,7 @@ class Plan {
   std::string folder_;  // of its file, absolute
   trial::Plugins plugins_;
   std::vector<GridAxis> grid_;
+  std::optional<EnvelopePlan> envelope_;
   std::vector<Case> cases_, strata_;
   std::vector<RandomKey> random_;
   std::vector<config::YamlNode> distributions_;  // of each of those
@@ -251,7 +264,8 @@ std::string ModelFilesText(const std::map<std::string, trial::ModelFile>& files)
 std::string YamlText(const std::string& text);
 
 // One of `count` parts of a batch that together do every trial once: number `index`, from 1. With a
-// precision a cell's trials are all in the same part, with strata one of each.
+// precision a cell's trials are all in the same part, with strata one of each; with ranges those of
+// a combination of case and grid.
 struct Shard {
   int index = 1, count = 1;
 

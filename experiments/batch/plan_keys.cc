@@ -39,6 +39,13 @@ std::vector<PlanKey> PlanGroups() {
        "cells by name, each with keys of the scenario and perhaps a `scenario` of its own, in "
        "every cell of the grid"},
       {"grid", "keys of the scenario and a list of values of each; every combination is a cell"},
+      {"ranges",
+       "one to three keys of the scenario, each {from: VALUE, to: VALUE, scale: linear or "
+       "logarithmic, success: falls, rises or unknown}, over which `find` looks for a boundary; "
+       "one for each combination of cases and grid"},
+      {"find",
+       "the boundary at which success crosses `rate` (0.9), until no more than the share `width` "
+       "(0.1) of the ranges is undecided with 95 %, or `trials` (5000) are run"},
       {"strata",
        "equally likely parts of the draws by name, each with keys of the scenario; a cell's trials "
        "are of each in turn"},

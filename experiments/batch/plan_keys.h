@@ -23,6 +23,9 @@ struct PlanKey {
 inline const std::vector<PlanKey> kUseGroups = {
     {"gate", "what `turbidock gate` judges (list gate-keys)"},
     {"tuning", "what `turbidock tune` searches (list study-keys)"}};
+// What uses other than a batch refuse (PlanOverrides::refused).
+inline const PlanKey kNoRanges = {"ranges",
+                                  "only `turbidock batch` looks for a boundary; give `grid`"};
 // Of a resolved plan: where the files are that it names.
 inline constexpr const char* kFolderKey = "folder";
 // All keys but those of PlanSettings; and keys of older files with what has taken their place.

@@ -3,11 +3,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 
 #include "experiments/batch/plan.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 
 namespace turbidock::batch {
@@ -92,7 +94,7 @@ std::string Plan::Resolve(const config::YamlNode& plan) const {
       text += fmt::format("{}: {}, ", YamlText(given.key), given.value.OneLine());
     text += "}\n";
   }
-  for (const std::string part : {"strata", "grid", "random"})
+  for (const std::string part : {"strata", "grid", "ranges", "find", "random"})
     if (const auto given = plan.Find(part); given && !given->Entries().empty()) {
       text += part + ":\n";
       for (const auto& [name, value] : given->Entries())
@@ -106,6 +108,47 @@ std::string Plan::Resolve(const config::YamlNode& plan) const {
         "  " + YamlText(name) + ": |\n" + system::Indented(trial::SaveScenario(scenario), "    ");
   }
   return text + ModelFilesText(files);
+}
+
+VariedKeys Plan::Varied() const {
+  VariedKeys varied;
+  for (const auto* cases : {&cases_, &strata_})
+    for (const Case& one : *cases)
+      for (const config::Assignment& given : one.values) varied.Add(given.key, given.value);
+  for (const GridAxis& axis : grid_)
+    for (const config::YamlNode& value : axis.nodes) varied.Add(axis.key, value);
+  for (size_t i = 0; i < random_.size(); ++i) {
+    varied.Add(random_[i].key, config::TextNode("", distributions_[i]));
+    if (const auto choices = distributions_[i].Find("choice"))
+      for (const config::YamlNode& value : choices->Elements()) varied.Add(random_[i].key, value);
+  }
+  return varied;
+}
+
+std::vector<config::KeyDoc> PlanKeys() {
+  std::vector<config::KeyDoc> docs = config::ListKeys<PlanSettings>();
+  for (const auto& [key, what] : PlanGroups())
+    docs.push_back({.key = key,
+                    .type = key == kFolderKey ? "text" : "group of keys",
+                    .value = "",
+                    .range = "",
+                    .doc = what});
+  return docs;
+}
+
+Plan LoadPlan(const std::string& name, const PlanOverrides& overrides) {
+  const std::string file = config::FindBundled("plans", "plan", name);
+  return Plan(system::ReadWhole(file), file, overrides);
+}
+
+Shard ParseShard(const std::string& text) {
+  Shard shard;
+  int read = 0;
+  std::sscanf(text.c_str(), "%d/%d%n", &shard.index, &shard.count, &read);
+  if (read == 0 || static_cast<size_t>(read) != text.size() || shard.index < 1 ||
+      shard.index > shard.count)
+    throw ConfigError("--shard " + text + ": must be I/N with I from 1 to N");
+  return shard;
 }
 
 }  // namespace turbidock::batch

@@ -50,6 +50,14 @@ TrialRule RuleOf(const StoreHeader& header) {
   const config::YamlNode plan = config::ParseYaml(header.plan, "plan");
   if (const auto strata = plan.Find("strata"))
     rule.strata = std::max<int64_t>(1, std::ssize(strata->Entries()));
+  if (const auto envelope = ReadEnvelope(plan)) {
+    if (header.trials % (kMostOfCell * envelope->points()) != 0)
+      throw ConfigError("its plan's ranges do not go together with its number of trials");
+    return {.cells = header.trials / kMostOfCell,
+            .most = kMostOfCell,
+            .precision = {},
+            .search = envelope->Search()};
+  }
   int64_t seeds = 1;
   double precision = 0;
   if (const auto given = plan.Find("seeds")) config::ReadValue(*given, &seeds);
@@ -69,7 +77,8 @@ TrialRule RuleOf(const StoreHeader& header) {
 }
 
 bool IsOf(const Shard& shard, const TrialRule& rule, int64_t trial) {
-  return shard.Has(rule.precision ? trial % rule.cells : trial / rule.strata);
+  return shard.Has(rule.precision || rule.search ? rule.unit_of(trial % rule.cells)
+                                                 : trial / rule.strata);
 }
 
 Cell ValueOf(const Parameter& parameter) {

@@ -36,10 +36,15 @@ struct TrialRule {
   int64_t most = 1;                 // trials of a cell
   std::optional<double> precision;  // half width of a cell's interval; none: every trial is to run
   int64_t strata = 1;               // a cell's samples are of each in turn
+  // Of a plan with ranges: cells are lattices of this one, and what it chooses is run.
+  std::optional<search::BoundarySearch> search = {};
+
+  // What is decided about alone: a cell, or all cells of a lattice.
+  int64_t unit_of(int64_t cell) const { return search ? cell / search->lattice.cells() : cell; }
 };
 
 // Whether the shard runs this trial: without a precision a shard takes whole rounds of strata, with
-// one whole cells, which it decides about alone.
+// one whole cells, with ranges whole lattices, which it decides about alone.
 bool IsOf(const Shard& shard, const TrialRule& rule, int64_t trial);
 
 // The rule that a file's trials follow. Without a precision it knows of no cells.

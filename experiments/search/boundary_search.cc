@@ -17,7 +17,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kConfidence = 0.95;
-constexpr int kDraws = 500;
+constexpr int kDraws = 1000;
 constexpr int kCheckEvery = 10;
 constexpr int kMostCandidates = 250;
 

@@ -34,13 +34,16 @@ class BatchView {
     this.trials = new Trials(model);
     this.detail = h('div', {id: 'trial'});
     drawHead(host, model);
-    drawSections(host, model, {
+    const players = {
       success: box =>
         new Success(box, this.trials, model.success, (rows, why) => this.list(rows, why)),
       failures: box => this.addFailures(box),
       times: box => this.addTimes(box),
       errors: box => this.addErrors(box),
       trials: box => this.addTable(box),
+    };
+    drawSections(host, model, players, {
+      trial: number => this.table.pick(this.rowOf(Number(number))),
     });
     host.append(this.detail);
   }
@@ -49,6 +52,12 @@ class BatchView {
     const note = 'Of the trials listed below. Click a reason to list its own.';
     this.failures = h('div', {class: 'bar-list'});
     box.append(h('p', {class: 'note'}, note), this.failures);
+  }
+
+  rowOf(number) {
+    return Array.from({length: this.model.rows}, (_, row) => row).find(
+      row => this.trials.get.trial(row) === number,
+    );
   }
 
   addTable(box) {

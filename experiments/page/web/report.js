@@ -19,10 +19,14 @@ export function drawHead(host, {verdict, title, facts, missing}) {
   host.append(...head({badge: mark, title, reason: verdict?.reason, facts, missing}));
 }
 
-/** All sections and, below them, what their links open. players: see drawSection. */
-export function drawSections(host, model, players = {}) {
+/**
+ * All sections and, below them, what their links open. players: see drawSection. openers: other links, each a function
+ * by the first word of its id ("trial" of "trial 7"), which is given the rest.
+ */
+export function drawSections(host, model, players = {}, openers = {}) {
   const detail = h('div', {id: 'linked'});
   const {links = {}} = model;
+  const openerOf = id => openers[String(id).split(' ')[0]];
   const view = {
     model,
     players,
@@ -30,8 +34,9 @@ export function drawSections(host, model, players = {}) {
     open: id => {
       if (placeOf(id, model)) goTo(id);
       else if (links[id]) openTrials(detail, links[id]);
+      else openerOf(id)?.(id.split(' ')[1]);
     },
-    isLink: id => Boolean(links[id] || placeOf(id, model)),
+    isLink: id => Boolean(links[id] || openerOf(id) || placeOf(id, model)),
   };
   const ground = h('div', {class: 'cards'});
   host.append(ground, detail);

@@ -373,7 +373,8 @@ void WriteContactSheet(const fs::path& file, const std::string& title,
 }  // namespace
 
 std::vector<batch::PlanKey> RefusedKeys() {
-  return {{"precision", "a dataset has `seeds` pairs of images in each cell; give --seeds"},
+  return {batch::kNoRanges,
+          {"precision", "a dataset has `seeds` pairs of images in each cell; give --seeds"},
           {"trial_time_limit_s", "no trial runs: images are made"},
           {"series_every_frames", "no trial runs: there is no log"}};
 }

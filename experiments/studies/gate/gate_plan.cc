@@ -95,7 +95,7 @@ Gate LoadGate(const std::string& name, const trial::Plugins& plugins,
   const batch::PlanOverrides overrides{
       .plugins = plugins,
       .use = kGroup,
-      .refused = {{"precision", "a gate runs until its own tests know"}}};
+      .refused = {{"precision", "a gate runs until its own tests know"}, batch::kNoRanges}};
   const batch::Plan measured(node, overrides);
   const auto group = node.Find(kGroup);
   if (!group)

@@ -122,7 +122,8 @@ camera::StereoCamera CamerasOf(const trial::FixedView& view, light::Water water,
 }
 
 std::vector<batch::PlanKey> RefusedKeys() {
-  return {{"precision", "recognition has no success rate; give --seeds"},
+  return {batch::kNoRanges,
+          {"precision", "recognition has no success rate; give --seeds"},
           {"series_every_frames", "the vehicle is at rest: there is no log"}};
 }
 

@@ -65,10 +65,10 @@ void TuningSettings::Check(const std::string& path) const {
 
 Study::Study(const config::YamlNode& study, const trial::Plugins& plugins)
     : file_(study.file),
-      plan_(study,
-            {.plugins = plugins,
-             .use = kGroup,
-             .refused = {{"precision", "a study runs exactly `seeds` trials in each cell"}}}),
+      plan_(study, {.plugins = plugins,
+                    .use = kGroup,
+                    .refused = {{"precision", "a study runs exactly `seeds` trials in each cell"},
+                                batch::kNoRanges}}),
       settings_(batch::ReadUse<TuningSettings>(study, kGroup)) {
   const config::YamlNode group = *study.Find(kGroup);
   ReadObjective(*group.Find("objective"));

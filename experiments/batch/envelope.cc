@@ -1,0 +1,277 @@
+#include "experiments/batch/envelope.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "experiments/batch/batch_report.h"
+#include "experiments/batch/summary.h"
+#include "experiments/config/yaml_fields.h"
+
+namespace turbidock::batch {
+namespace {
+
+using search::Side;
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+// Of the lattice: a cell and the values of the ranges there.
+double ValueOn(const EnvelopePlan& plan, size_t range, double place) {
+  const int last = plan.Search().lattice.axes[range].values - 1;
+  return plan.ranges[range].At(place / last);
+}
+
+// Where a draw crosses along a line from its first cell, in cells; infinite where it does not.
+double PlaceOn(const std::vector<float>& draw, int first, int step, int count, bool falls) {
+  const double sign = falls ? 1 : -1;
+  const auto at = [&](int i) {
+    return sign * static_cast<double>(draw[static_cast<size_t>(first + i * step)]);
+  };
+  if (at(0) < 0) return -kInfinite;
+  for (int i = 1; i < count; ++i)
+    if (at(i) < 0) return i - 1 + at(i - 1) / (at(i - 1) - at(i));
+  return kInfinite;
+}
+
+Crossing CrossingAlong(const EnvelopePlan& plan, const search::Boundary& boundary, size_t range,
+                       std::vector<int> cell) {
+  const search::Lattice lattice = plan.Search().lattice;
+  const int step = lattice.Step(range), count = lattice.axes[range].values;
+  Crossing crossing{.range = range};
+  cell[range] = 0;
+  int first = 0;
+  for (size_t k = 0; k < cell.size(); ++k) {
+    first += cell[k] * lattice.Step(k);
+    crossing.at.push_back(ValueOn(plan, k, cell[k]));
+  }
+  const auto rate = [&](int i) { return boundary.rate[static_cast<size_t>(first + i * step)]; };
+  const search::Trend trend = lattice.axes[range].trend;
+  crossing.falls = trend == search::Trend::kUnknown ? rate(0) >= rate(count - 1)
+                                                    : trend == search::Trend::kFalls;
+  std::vector<double> places;
+  for (const auto& draw : boundary.draws)
+    places.push_back(PlaceOn(draw, first, step, count, crossing.falls));
+  std::ranges::sort(places);
+  const auto value = [&](double share) {
+    const double place =
+        places[static_cast<size_t>(share * static_cast<double>(places.size() - 1))];
+    return std::isfinite(place) ? ValueOn(plan, range, place) : place;
+  };
+  crossing.value = value(0.5);
+  crossing.low = value(0.025);
+  crossing.high = value(0.975);
+  return crossing;
+}
+
+// In how many separate regions the cells that are no `other` hold one that is `side`.
+int RegionsOf(const search::Lattice& lattice, const std::vector<Side>& sides, Side side,
+              Side other) {
+  std::vector<bool> seen(sides.size());
+  int regions = 0;
+  for (int start = 0; start < lattice.cells(); ++start) {
+    if (seen[static_cast<size_t>(start)] || sides[static_cast<size_t>(start)] == other) continue;
+    bool has_side = false;
+    std::vector<int> open = {start};
+    seen[static_cast<size_t>(start)] = true;
+    while (!open.empty()) {
+      const int cell = open.back();
+      open.pop_back();
+      has_side |= sides[static_cast<size_t>(cell)] == side;
+      const std::vector<int> at = lattice.At(cell);
+      for (size_t k = 0; k < at.size(); ++k)
+        for (const int way : {-1, 1}) {
+          if (at[k] + way < 0 || at[k] + way >= lattice.axes[k].values) continue;
+          const int next = cell + way * lattice.Step(k);
+          if (seen[static_cast<size_t>(next)] || sides[static_cast<size_t>(next)] == other)
+            continue;
+          seen[static_cast<size_t>(next)] = true;
+          open.push_back(next);
+        }
+    }
+    regions += has_side;
+  }
+  return regions;
+}
+
+// Whether later cells of a line along a range are higher where they should be lower, or the other
+// way round, in nearly all draws.
+bool IsAgainst(const search::Boundary& free, const search::Lattice& lattice, size_t range) {
+  constexpr float kLeast = 0.5;  // of log odds
+  constexpr double kShare = 0.98;
+  const float sign = lattice.axes[range].trend == search::Trend::kFalls ? 1 : -1;
+  const int step = lattice.Step(range), count = lattice.axes[range].values;
+  for (int cell = 0; cell < lattice.cells(); ++cell)
+    for (int ahead = 1; ahead < count - lattice.At(cell)[range]; ++ahead) {
+      const auto at = static_cast<size_t>(cell), then = static_cast<size_t>(cell + ahead * step);
+      const auto against = std::ranges::count_if(
+          free.draws, [&](const auto& draw) { return sign * (draw[then] - draw[at]) > kLeast; });
+      if (static_cast<double>(against) >= kShare * static_cast<double>(free.draws.size()))
+        return true;
+    }
+  return false;
+}
+
+// The ranges along which success does not do as the plan says, as far as trials show without it.
+std::vector<std::string> NotMonotone(const EnvelopePlan& plan,
+                                     const std::vector<search::Tally>& tallies) {
+  std::vector<std::string> keys;
+  search::BoundarySearch free = plan.Search();
+  const search::Lattice lattice = free.lattice;
+  for (search::LatticeAxis& axis : free.lattice.axes) axis.trend = search::Trend::kUnknown;
+  const search::Boundary boundary = BoundaryOf(free, tallies);
+  for (size_t k = 0; k < lattice.axes.size(); ++k)
+    if (lattice.axes[k].trend != search::Trend::kUnknown && IsAgainst(boundary, lattice, k))
+      keys.push_back(NameOfKey(plan.ranges[k].key).label);
+  return keys;
+}
+
+std::vector<std::string> LimitsOf(const EnvelopePlan& plan, const Envelope& envelope,
+                                  const std::vector<search::Tally>& tallies) {
+  std::vector<std::string> limits;
+  const search::BoundarySearch search = plan.Search();
+  const std::vector<Side>& sides = envelope.boundary.sides;
+  const double percent = 100 * search.rate;
+  if (std::ranges::all_of(envelope.shown, [](const StoredTrial* t) { return !t->record.ended(); }))
+    limits.emplace_back("Every trial crashed or hung: this says nothing of docking.");
+  if (std::ranges::count(sides, Side::kBelow) == 0)
+    limits.push_back(fmt::format(
+        "Nowhere in the ranges is success shown to be below {:g} %: the boundary may be outside.",
+        percent));
+  if (std::ranges::count(sides, Side::kAbove) == 0)
+    limits.push_back(fmt::format(
+        "Nowhere in the ranges is success shown to be above {:g} %: the boundary may be outside.",
+        percent));
+  if (!envelope.reached)
+    limits.push_back(fmt::format("{:.0f} % of the ranges is undecided; {:.0f} % was asked for.",
+                                 100 * envelope.boundary.undecided, 100 * search.width));
+  if (const auto keys = NotMonotone(plan, tallies); !keys.empty())
+    limits.push_back(fmt::format(
+        "Success is not monotone in {}, although the plan says so: leave `success` out there.",
+        fmt::join(keys, ", ")));
+  for (const auto& [side, other, word] :
+       {std::tuple{Side::kBelow, Side::kAbove, "below"}, {Side::kAbove, Side::kBelow, "above"}})
+    if (const int regions = RegionsOf(search.lattice, sides, side, other); regions > 1)
+      limits.push_back(fmt::format(
+          "Success is {} {:g} % in {} separate regions: see the picture, not the words.", word,
+          percent, regions));
+  return limits;
+}
+
+}  // namespace
+
+std::optional<EnvelopeSummary> EnvelopesOf(const StoreHeader& header,
+                                           const std::vector<StoredTrial>& trials) {
+  if (header.kind != "batch") return std::nullopt;
+  auto plan = ReadEnvelope(config::ParseYaml(header.plan, "plan"));
+  if (!plan) return std::nullopt;
+  EnvelopeSummary summary{.plan = *std::move(plan), .envelopes = {}};
+  const search::BoundarySearch search = summary.plan.Search();
+  const int points = search.lattice.cells();
+  std::map<int64_t, std::vector<const StoredTrial*>> by_envelope;
+  for (const StoredTrial& trial : trials) by_envelope[trial.cell / points].push_back(&trial);
+  for (auto& [number, shown] : by_envelope) {
+    Envelope envelope{.shown = std::move(shown)};
+    std::vector<std::string> names;
+    for (size_t i = 0; i < GridOf(header).size(); ++i) {
+      const Parameter& parameter = envelope.shown.front()->parameters[i];
+      names.push_back(ValueText(parameter.key, parameter.value));
+    }
+    envelope.name = fmt::format("{}", fmt::join(names, ", "));
+    std::vector<search::Tally> tallies(static_cast<size_t>(points));
+    for (const StoredTrial* trial : envelope.shown) {
+      if (!trial->record.judged()) continue;
+      search::Tally& tally = tallies[static_cast<size_t>(trial->cell % points)];
+      ++tally.trials, ++envelope.trials;
+      tally.successes += trial->record.success();
+    }
+    envelope.boundary = BoundaryOf(search, tallies);
+    envelope.reached = envelope.boundary.undecided <= search.width;
+    const size_t ranges = summary.plan.ranges.size();
+    for (size_t k = 0; k < ranges; ++k)
+      for (const double share : {0.0, 0.5, 1.0}) {
+        std::vector<int> cell;
+        for (const search::LatticeAxis& axis : search.lattice.axes)
+          cell.push_back(static_cast<int>(std::lround(share * (axis.values - 1))));
+        envelope.crossings.push_back(CrossingAlong(summary.plan, envelope.boundary, k, cell));
+        if (ranges == 1) break;
+      }
+    envelope.limits = LimitsOf(summary.plan, envelope, tallies);
+    summary.envelopes.push_back(std::move(envelope));
+  }
+  return summary;
+}
+
+std::string CrossingText(const EnvelopeSummary& summary, const Crossing& crossing) {
+  const RangeKey& range = summary.plan.ranges[crossing.range];
+  const report::Quantity name = NameOfKey(range.key);
+  const double percent = 100 * summary.plan.find.rate;
+  std::vector<std::string> others;
+  for (size_t k = 0; k < crossing.at.size(); ++k) {
+    if (k == crossing.range) continue;
+    const report::Quantity of = NameOfKey(summary.plan.ranges[k].key);
+    others.push_back(of.label + " " + of.Text(report::Digits(of.factor * crossing.at[k])));
+  }
+  const std::string where = others.empty() ? "" : fmt::format(" at {}", fmt::join(others, ", "));
+  if (std::isinf(crossing.low) && crossing.low == crossing.high) {
+    const bool above = (crossing.low > 0) == crossing.falls;
+    return fmt::format("{} {:g} % at every {}{}", above ? "above" : "below", percent, name.label,
+                       where);
+  }
+  const auto text = [&](double value) {
+    return std::isfinite(value) ? report::Digits(name.factor * value, 3)
+           : value < 0          ? "before " + report::Digits(name.factor * range.from, 3)
+                                : "beyond " + report::Digits(name.factor * range.to, 3);
+  };
+  return fmt::format("{:g} % {} {} {}{}", percent, crossing.falls ? "up to" : "from", name.label,
+                     name.Text(fmt::format("{} [{}, {}]", text(crossing.value), text(crossing.low),
+                                           text(crossing.high))),
+                     where);
+}
+
+report::Json EnvelopeJson(const EnvelopeSummary& summary) {
+  using report::Json;
+  const EnvelopePlan& plan = summary.plan;
+  Json ranges = Json::array(), envelopes = Json::array();
+  for (size_t k = 0; k < plan.ranges.size(); ++k) {
+    const RangeKey& range = plan.ranges[k];
+    std::vector<double> values;
+    for (int i = 0; i < plan.Search().lattice.axes[k].values; ++i)
+      values.push_back(ValueOn(plan, k, i));
+    ranges.push_back({{"key", range.key}, {"success", NameOf(range.success)}, {"values", values}});
+  }
+  const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
+  for (const Envelope& envelope : summary.envelopes) {
+    Json crossings = Json::array();
+    for (const Crossing& crossing : envelope.crossings) {
+      Json others = Json::object();
+      for (size_t k = 0; k < plan.ranges.size(); ++k)
+        if (k != crossing.range) others[plan.ranges[k].key] = crossing.at[k];
+      crossings.push_back({{"key", plan.ranges[crossing.range].key},
+                           {"at", others},
+                           {"value", number(crossing.value)},
+                           {"low", number(crossing.low)},
+                           {"high", number(crossing.high)},
+                           {"text", CrossingText(summary, crossing)}});
+    }
+    std::vector<int> sides;
+    for (const Side side : envelope.boundary.sides) sides.push_back(static_cast<int>(side));
+    envelopes.push_back({{"name", envelope.name},
+                         {"trials", envelope.trials},
+                         {"undecided", envelope.boundary.undecided},
+                         {"reached", envelope.reached},
+                         {"crossings", crossings},
+                         {"limits", envelope.limits},
+                         {"sides", sides},
+                         {"rate", envelope.boundary.rate},
+                         {"low", envelope.boundary.low},
+                         {"high", envelope.boundary.high}});
+  }
+  return {{"rate", plan.find.rate},
+          {"width", plan.find.width},
+          {"ranges", ranges},
+          {"envelopes", envelopes}};
+}
+
+}  // namespace turbidock::batch

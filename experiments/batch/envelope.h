@@ -1,0 +1,56 @@
+#pragma once
+// What the trials of a plan with ranges say: where success crosses the rate that was looked for, in
+// words, numbers and pictures.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/batch/plan_ranges.h"
+#include "experiments/batch/result_store.h"
+#include "experiments/report/json.h"
+#include "experiments/report/report.h"
+#include "experiments/search/boundary_search.h"
+
+namespace turbidock::batch {
+
+// Where success crosses the rate along one range, the others being at stated values: median and
+// 95 % interval of the posterior. Infinite: before `from` (below 0) or beyond `to`.
+struct Crossing {
+  size_t range = 0;          // of the plan's
+  std::vector<double> at{};  // values of all ranges; of this one none
+  bool falls = true;         // success, along it
+  double value = 0, low = 0, high = 0;
+};
+
+// Of one combination of cases and grid.
+struct Envelope {
+  std::string name{};  // its values; empty of the only one
+  int64_t trials = 0;
+  bool reached = false;  // the width that was asked for
+  search::Boundary boundary{};
+  std::vector<Crossing> crossings{};
+  std::vector<std::string> limits{};        // sentences: what the answer does not hold for
+  std::vector<const StoredTrial*> shown{};  // its trials
+};
+
+struct EnvelopeSummary {
+  EnvelopePlan plan = {};
+  std::vector<Envelope> envelopes = {};
+};
+
+// Of a batch with ranges; nothing of any other. The trials must outlive what points to them.
+std::optional<EnvelopeSummary> EnvelopesOf(const StoreHeader& header,
+                                           const std::vector<StoredTrial>& trials);
+
+// "90 % up to 42 [39, 45] ml/m³".
+std::string CrossingText(const EnvelopeSummary& summary, const Crossing& crossing);
+
+report::Section EnvelopeSection(const EnvelopeSummary& summary);
+report::Json EnvelopeJson(const EnvelopeSummary& summary);
+
+// What a point of the section's pictures opens: a trial.
+std::string TrialLink(int64_t trial);
+
+}  // namespace turbidock::batch
