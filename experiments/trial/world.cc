@@ -123,6 +123,7 @@ void World::Capture(Snapshot* snapshot) const {
   snapshot->time_s = plant_.time_s();
   snapshot->qpos.assign(data.qpos, data.qpos + scene_.model->nq);
   snapshot->true_X_HM = true_X_HM();
+  snapshot->water_drift_m = plant_.water_drift_m();
 }
 
 void World::RenderImages(const Snapshot& snapshot, int64_t number,
@@ -137,6 +138,7 @@ void World::RenderImages(const Snapshot& snapshot, int64_t number,
       cameras_->images.on() ? cameras_->camera.whole() : region.value_or(cameras_->camera.whole());
   cameras_->renderer.Render(*then, cameras_->camera.Seen(needed, number), &cameras_->rendered,
                             timer);
+  cameras_->rendered.drift_m = snapshot.water_drift_m;
   cameras_->camera.Expose(cameras_->rendered, needed, number, out, timer);
   cameras_->images.Apply(snapshot.time_s, out);
 }

@@ -30,6 +30,7 @@ struct Snapshot {
   double time_s = 0;
   std::vector<mjtNum> qpos;  // where everything was
   Pose true_X_HM;
+  Eigen::Vector3d water_drift_m = Eigen::Vector3d::Zero();
 };
 
 // The vehicle in the water, and its cameras where something looks through them.

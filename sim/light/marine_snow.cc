@@ -120,19 +120,19 @@ void MarineSnow::Fall(const view::RenderedStereo& seen, const StereoRegion& regi
   if (!on()) return;
   seen_ = &seen;
   region_ = region;
-  Gather(seen.X_WH, water->rig(), params_.sink_m_s * frame_s_ * static_cast<double>(frame));
+  const double sunk_m = params_.sink_m_s * frame_s_ * static_cast<double>(frame);
+  Gather(seen.X_WH, water->rig(), seen.drift_m - sunk_m * Eigen::Vector3d::UnitZ());
   irradiance_w_m2_.resize(p_HF_.size());
   water->IrradianceFromAllSides(p_HF_, irradiance_w_m2_);
   for (const Side side : kSides) Project(side, *water);
 }
 
-void MarineSnow::Gather(const Pose& X_WH, const StereoRig& rig, double sunk_m) {
+void MarineSnow::Gather(const Pose& X_WH, const StereoRig& rig, const Eigen::Vector3d& way_m) {
   const double radius_m = params_.diameter_m / 2;
   const Stereo<Sight> sights{SightOf(rig.left, region_.left, radius_m),
                              SightOf(rig.right, region_.right, radius_m)};
   const Eigen::Matrix<float, 3, 3, Eigen::RowMajor> R_HW = X_WH.R().transpose().cast<float>();
-  Eigen::Array3d head_m = X_WH.p.array();
-  head_m.z() += sunk_m;
+  const Eigen::Array3d head_m = X_WH.p - way_m;
   const Eigen::Array3f in_cube_m = (head_m - kCube_m * (head_m / kCube_m).floor()).cast<float>();
   p_HF_.clear();
   Block block;

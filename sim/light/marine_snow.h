@@ -2,10 +2,10 @@
 // Marine snow: suspended particles large enough to be seen one by one, in the light of the lamps
 // and of the lit balls.
 //
-// The particles fill space: a cube of random places that repeats itself. They rest in the world but
-// for their sinking. A particle scatters alike in all directions, so that its intensity is
-// albedo E R^2 / 4 for the irradiance E of lamps and balls. Left out: drift with the current,
-// daylight, particles out of focus, what a particle hides.
+// The particles fill space: a cube of random places that repeats itself. They drift with the
+// current (RenderedStereo::drift_m), not with the waves, and sink. A particle scatters alike in all
+// directions, so that its intensity is albedo E R^2 / 4 for the irradiance E of lamps and balls.
+// Left out: spreading by the forward peak, daylight, particles out of focus, what a particle hides.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -77,7 +77,8 @@ class MarineSnow {
     int begin, end;
   };
 
-  void Gather(const Pose& X_WH, const StereoRig& rig, double sunk_m);
+  // How far the particles have gone.
+  void Gather(const Pose& X_WH, const StereoRig& rig, const Eigen::Vector3d& way_m);
   void Project(Side side, const Water& water);
   void Paint(Side side, const Rows& rows);
 

@@ -96,6 +96,8 @@ class Plant {
   const Mooring& mooring() const { return mooring_; }
   EnergyBalance energy() const;
   WaterMotion water() const;  // at the centre of buoyancy, now
+  // How far the current has carried the water at the marker's depth (Sea::Drift).
+  Eigen::Vector3d water_drift_m() const { return sea_.Drift(X_WM().p); }
   const mjModel& model() const { return *model_; }
   const mjData& data() const { return *data_; }  // for rendering: positions of the current state
 

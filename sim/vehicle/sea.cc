@@ -133,6 +133,7 @@ double Sea::Remaining(double z_m) const {
 void Sea::Step(double dt_s, double begin_s) {
   Measure(begin_s);
   const CurrentParams& current = params_.current;
+  drift_ += dt_s * (current.surface_velocity_mps + measured_ + dt_s / 2 * measured_rate_);
   if (current.gust_std_mps <= 0) return;
   const double kept = std::exp(-dt_s / current.gust_time_constant_s);
   const double fresh_mps = current.gust_std_mps * std::sqrt(1 - kept * kept);
@@ -140,6 +141,13 @@ void Sea::Step(double dt_s, double begin_s) {
   gust_end_ = {kept * gust_begin_.x() + fresh_mps * rng_.Normal(),
                kept * gust_begin_.y() + fresh_mps * rng_.Normal()};
   gust_rate_ = (gust_end_ - gust_begin_) / dt_s;
+  gust_drift_ += dt_s / 2 * (gust_begin_ + gust_end_);
+}
+
+Vector3d Sea::Drift(const Vector3d& p_WQ) const {
+  Vector3d drift_W = Remaining(p_WQ.z()) * drift_;
+  drift_W.head<2>() += gust_drift_;
+  return drift_W;
 }
 
 Vector3d Sea::Current(const Vector3d& p_WQ) const {

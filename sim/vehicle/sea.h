@@ -171,6 +171,9 @@ class Sea {
   // Current and gust at the beginning of that tick, without the waves, in W.
   Eigen::Vector3d Current(const Eigen::Vector3d& p_WQ) const;
 
+  // How far current and gusts have carried the water at that depth by the end of that tick, in W.
+  Eigen::Vector3d Drift(const Eigen::Vector3d& p_WQ) const;
+
   // At the beginning of that tick.
   WaterMotion At(const Eigen::Vector3d& p_WQ, double time_s) const;
 
@@ -200,6 +203,9 @@ class Sea {
   Eigen::Vector2d gust_begin_ = Eigen::Vector2d::Zero();  // m/s, x and y of W
   Eigen::Vector2d gust_end_ = Eigen::Vector2d::Zero();
   Eigen::Vector2d gust_rate_ = Eigen::Vector2d::Zero();  // m/s^2, over the tick
+  // m, since the beginning: of the current at the surface and of the gusts
+  Eigen::Vector3d drift_ = Eigen::Vector3d::Zero();
+  Eigen::Vector2d gust_drift_ = Eigen::Vector2d::Zero();
   CurrentSeries series_;
   Eigen::Vector3d measured_ = Eigen::Vector3d::Zero();       // at the surface, now
   Eigen::Vector3d measured_rate_ = Eigen::Vector3d::Zero();  // m/s^2

@@ -30,6 +30,8 @@ struct RenderedStereo : Stereo<RenderedView> {
   Pose X_WH;  // camera head in the world at that instant
   Pose X_WK;  // body that holds marker and station, where it can move (vehicle::MooredBody)
   std::vector<PlacedDistractor> distractors{};
+  // how far the current has carried what drifts in the water, in W
+  Eigen::Vector3d drift_m = Eigen::Vector3d::Zero();
 };
 
 }  // namespace turbidock::view

@@ -44,12 +44,14 @@ OpticsParams OneLamp(double absorption_per_m) {
 struct Snowfall {
   RadianceStereo images;
   explicit Snowfall(const SnowParams& params, const Pose& X_WH = {}, int64_t frame = 0,
-                    double absorption_per_m = 0, uint64_t key = 5) {
+                    double absorption_per_m = 0, uint64_t key = 5,
+                    const Eigen::Vector3d& drift_m = Eigen::Vector3d::Zero()) {
     const StereoRig rig = RigParams{}.MakeRig();
     Water water(OneLamp(absorption_per_m), rig, SurfaceTable(std::vector<Surface>{}), {Pose()});
     images = {Image3f(640, 480), Image3f(640, 480)};
     MarineSnow snow(params, kFrame_s, key);
-    const view::RenderedStereo nothing = Nothing(X_WH);
+    view::RenderedStereo nothing = Nothing(X_WH);
+    nothing.drift_m = drift_m;
     snow.Fall(nothing, water.whole(), frame, &water);
     snow.Paint(&images);
   }
@@ -96,7 +98,7 @@ TEST(MarineSnow, ShinesAsACloudOfItsDensity) {
   EXPECT_GT(absorbed.Sum(0), 0.05 * snow.Sum(0));
 }
 
-// The particles stay where they are in the world, but for their sinking.
+// The particles stay where they are in the water, but for their sinking.
 TEST(MarineSnow, RestsInTheWater) {
   SnowParams params;
   params.particles_per_m3 = 500;
@@ -106,6 +108,11 @@ TEST(MarineSnow, RestsInTheWater) {
   // the vehicle sinks as the snow does: 0.06 m/s for 30 frames
   EXPECT_NEAR(Snowfall(params, Pose::Translation(0, 0, -0.06), 30).Sum(0) / start.Sum(0), 1, 1e-4);
   EXPECT_NE(Snowfall(params, {}, 30).images.left, start.images.left);
+  // and the vehicle drifts as the water does
+  const Eigen::Vector3d drift_m(0.3, -0.7, 0.05);
+  const Snowfall drifted(params, Pose::Translation(0.3, -0.7, 0.05), 0, 0, 5, drift_m);
+  EXPECT_NEAR(drifted.Sum(0) / start.Sum(0), 1, 1e-4);
+  EXPECT_NE(Snowfall(params, {}, 0, 0, 5, drift_m).images.left, start.images.left);
   // places repeat themselves after the cube's side
   EXPECT_NEAR(Snowfall(params, Pose::Translation(3, -3, 6)).Sum(0) / start.Sum(0), 1, 1e-4);
 }

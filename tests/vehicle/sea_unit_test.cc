@@ -167,5 +167,27 @@ TEST(Sea, KeepsItsGustsWhenItBecomesAnother) {
   EXPECT_GT(gust(sea).norm(), 0);
 }
 
+// Drift is the integral of the current, also of a measured one and from one sea to another.
+TEST(Sea, DriftIsTheWayThatTheCurrentWent) {
+  constexpr double kTick_s = 0.1;
+  const Vector3d p_W(0, 0, -2);
+  SeaParams params;
+  params.current.decay_depth_m = 2;
+  params.current.gust_std_mps = 0.1;
+  Sea sea(params, Stream(7), {{0, {0.2, 0, 0.1}}, {4, {-0.4, 0.3, 0}}});
+  Vector3d drift = Vector3d::Zero();
+  for (int i = 0; i < 100; ++i) {
+    if (i == 60) {
+      params.current.surface_velocity_mps = {0, 0.5, 0};
+      sea.Become(params);
+    }
+    sea.Step(kTick_s, i * kTick_s);
+    const WaterMotion begin = sea.At(p_W, i * kTick_s);
+    drift += kTick_s * (begin.v_W + kTick_s / 2 * begin.a_W);
+    ASSERT_LT((sea.Drift(p_W) - drift).norm(), 1e-12) << i;
+  }
+  EXPECT_GT(drift.norm(), 0.5);
+}
+
 }  // namespace
 }  // namespace turbidock::vehicle
