@@ -115,15 +115,17 @@ void AttenuateLoop(Float3 per_m, PointBatch& b) {
 // The distance of the ray from the centre by the cross product: the difference of squares would
 // cancel.
 TURBIDOCK_VECTOR_CLONES
-void BallDiscLoop(Float3 to_ball, Float3 rim, Float3 core, float per_two_var, PointBatch& b) {
+void BallDiscLoop(Float3 to_ball, Float3 rim, Float3 core, float per_two_var, float peak_per_m,
+                  PointBatch& b) {
   for (int i = 0; i < b.count; ++i) {
     const float x = to_ball.y * b.ray_z[i] - to_ball.z * b.ray_y[i];
     const float y = to_ball.z * b.ray_x[i] - to_ball.x * b.ray_z[i];
     const float z = to_ball.x * b.ray_y[i] - to_ball.y * b.ray_x[i];
     const float share = ExpMinus((x * x + y * y + z * z) * per_two_var);
-    b.red[i] += rim.x + core.x * share;
-    b.green[i] += rim.y + core.y * share;
-    b.blue[i] += rim.z + core.z * share;
+    const float sharp = peak_per_m > 0.0f ? ExpMinus(peak_per_m * b.range_m[i]) : 1.0f;
+    b.red[i] += sharp * (rim.x + core.x * share);
+    b.green[i] += sharp * (rim.y + core.y * share);
+    b.blue[i] += sharp * (rim.z + core.z * share);
   }
 }
 
@@ -275,6 +277,34 @@ void PassBallLoop(Float3 to_ball, float radius_m, Float3 intensity, Float3 diffu
   }
 }
 
+// Colour red: how much of the way to the ball the ray sees, none behind the camera.
+TURBIDOCK_VECTOR_CLONES
+void SpreadPlacesLoop(Float3 to_ball, float radius_m, float per_way, PointBatch& b) {
+  constexpr int kCells = SpreadBall::kPlaces - 1;
+  for (int i = 0; i < b.count; ++i) {
+    const float rx = b.ray_x[i], ry = b.ray_y[i], rz = b.ray_z[i];
+    const float foot = to_ball.x * rx + to_ball.y * ry + to_ball.z * rz;
+    const float x = to_ball.x - foot * rx, y = to_ball.y - foot * ry, z = to_ball.z - foot * rz;
+    const float offset = std::sqrt(x * x + y * y + z * z);
+    const float place = kCells * (offset / (offset + radius_m));
+    int node = static_cast<int>(place);
+    node = node < kCells - 1 ? node : kCells - 1;
+    b.offset.node[i] = node;
+    b.offset.share[i] = place - static_cast<float>(node);
+    const float seen = b.range_m[i] * per_way;
+    b.red[i] = foot > 0.0f ? (seen < 1.0f ? seen : 1.0f) : 0.0f;
+  }
+}
+
+TURBIDOCK_VECTOR_CLONES
+void SpreadLoop(const float* profile, Light intensity, int count, const PointBatch& b,
+                Light* light) {
+  for (int i = 0; i < count; ++i) {
+    const float* n = profile + b.offset.node[i];
+    light[i] += intensity * (b.red[i] * (n[0] + b.offset.share[i] * (n[1] - n[0])));
+  }
+}
+
 // Where a ball is hidden, in three steps: the stretch that may be, what each bound leaves of it,
 // and the places of what is left.
 TURBIDOCK_VECTOR_CLONES
@@ -365,7 +395,16 @@ void Attenuate(const Eigen::Array3f& extinction_per_m, PointBatch* batch) {
 void AddBallDisc(const BallDisc& disc, const RayFrame& frame, const Eigen::Vector3f& p_HBall,
                  PointBatch* batch) {
   BallDiscLoop(Of(Eigen::Vector3f(p_HBall - frame.p_HC)), Of(disc.rim_w_m2_sr),
-               Of(disc.core_w_m2_sr), 0.5f / (disc.core_width_m * disc.core_width_m), *batch);
+               Of(disc.core_w_m2_sr), 0.5f / (disc.core_width_m * disc.core_width_m),
+               disc.peak_per_m, *batch);
+}
+
+void AddSpread(const RayFrame& frame, const Eigen::Vector3f& p_HBall, const SpreadImage& spread,
+               int count, PointBatch* batch, Light* light) {
+  SpreadPlacesLoop(Of(Eigen::Vector3f(p_HBall - frame.p_HC)), spread.radius_m, 1 / spread.way_m,
+                   *batch);
+  const Eigen::Array3f& rgb = spread.intensity_w_sr;
+  SpreadLoop(spread.profile.data(), {rgb[0], rgb[1], rgb[2], 0}, count, *batch, light);
 }
 
 void CastShadow(const Surface& surface, const PlacedSurface& placed,

@@ -7,6 +7,7 @@
 #include <array>
 
 #include "sim/base/camera.h"
+#include "sim/light/forward_peak.h"
 #include "sim/light/scattering.h"
 #include "sim/light/surfaces.h"
 
@@ -63,13 +64,24 @@ void Scale(const Eigen::Array3f& factor, PointBatch* batch);
 void Attenuate(const Eigen::Array3f& extinction_per_m, PointBatch* batch);
 
 // The radiance of a lit ball: rim + core exp(-r^2 / (2 width^2)), r the distance of the ray from
-// the ball's centre. Added to the colours.
+// the ball's centre, without what the forward peak takes of it on the way. Added to the colours.
 struct BallDisc {
   Eigen::Array3f rim_w_m2_sr, core_w_m2_sr;
-  float core_width_m = 1;
+  float core_width_m = 1, peak_per_m = 0;
 };
 void AddBallDisc(const BallDisc& disc, const RayFrame& frame, const Eigen::Vector3f& p_HBall,
                  PointBatch* batch);
+
+// What the water spreads of a lit ball, as a camera sees it: radiance there is times the profile.
+struct SpreadImage {
+  SpreadBall::Profile profile{};
+  Eigen::Array3f intensity_w_sr = Eigen::Array3f::Zero();  // less losses; 0: nothing to be seen
+  float radius_m = 1, way_m = 1;                           // of water up to the ball
+};
+// Adds it to `light`, of the batch's first `count` rays. A ray that ends before the ball has the
+// part that is scattered on that stretch, taken as even along the way. Uses the colours.
+void AddSpread(const RayFrame& frame, const Eigen::Vector3f& p_HBall, const SpreadImage& spread,
+               int count, PointBatch* batch, Light* light);
 
 // Dims `visible` to 0 where a solid stands between a point and a light at p_HSource.
 void CastShadow(const Surface& surface, const PlacedSurface& placed,

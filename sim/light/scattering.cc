@@ -21,13 +21,16 @@ Rgb Phase(const Medium& medium, double mu) {
 }
 
 // Petzold's volume scattering measurements at 514 nm (1972). Scattering is taken as equal in all
-// channels, absorption differs from that at 514 nm by the pure water's. Asymmetry 0.924 scatters
-// 0.017 of it backwards; 0.018 was measured.
-Medium PetzoldWater(double absorption_per_m, double scattering_per_m) {
+// channels, absorption differs from that at 514 nm by the pure water's. The mean cosine of all
+// scattering is 0.924; with the share `peak` of it by small angles, 0.018 goes backwards, as was
+// measured. Share and width of the peak give what turns by less than 1 and 2 degrees.
+Medium PetzoldWater(double absorption_per_m, double scattering_per_m, double peak,
+                    double width_rad) {
   Medium medium;
   medium.absorption_per_m = absorption_per_m + Rgb(0.235, 0, -0.03);
-  medium.scattering_per_m = Rgb::Constant(scattering_per_m);
-  medium.asymmetry = Rgb::Constant(0.924);
+  medium.scattering_per_m = Rgb::Constant((1 - peak) * scattering_per_m);
+  medium.asymmetry = Rgb::Constant((0.924 - peak * (1 - width_rad)) / (1 - peak));
+  medium.peak = {peak * scattering_per_m, width_rad};
   return medium;
 }
 
@@ -36,11 +39,11 @@ Medium BackgroundMedium(const WaterParams& params) {
     case Background::kPure:
       return {.absorption_per_m = Rgb(0.28, 0.045, 0.015)};  // Pope & Fry 1997
     case Background::kClear:
-      return PetzoldWater(0.114, 0.037);
+      return PetzoldWater(0.114, 0.037, 0.375, 0.00965);
     case Background::kCoastal:
-      return PetzoldWater(0.179, 0.219);
+      return PetzoldWater(0.179, 0.219, 0.565, 0.00722);
     case Background::kHarbor:
-      return PetzoldWater(0.366, 1.824);
+      return PetzoldWater(0.366, 1.824, 0.438, 0.00969);
     case Background::kCustom:
       break;
   }

@@ -6,6 +6,8 @@
 // Symbols: a absorption, b scattering, c = a + b extinction [1/m]; g mean cosine of scattering;
 // G the coefficient that replaces c where scattered light still counts (Medium::Diffuse);
 // b' = b (1 - g), scattering by as much as an isotropic medium's that spreads light alike.
+// Of b the narrow forward peak of sea water is apart (ForwardPeak): light that it turns still makes
+// the image (sim/light/forward_peak.h), so it is no loss but to a narrow beam.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -24,15 +26,25 @@ using Rgb = Eigen::Array3d;  // one value a channel: red, green, blue
 // The same in single precision, and nothing: the layout of which one vector instruction takes all.
 using Light = Eigen::Array4f;
 
+// Scattering by small angles, equal in all channels: the phase function of Henyey and Greenstein of
+// mean cosine 1 - width, of which 1 - 1 / sqrt(1 + x^2) turns by less than x widths.
+struct ForwardPeak {
+  double scattering_per_m = 0;  // none by default
+  double width_rad = 0;
+};
+
 // What the water does to light.
 struct Medium {
   Rgb absorption_per_m = Rgb::Zero();
-  Rgb scattering_per_m = Rgb::Zero();
-  Rgb asymmetry = Rgb::Zero();  // g
+  Rgb scattering_per_m = Rgb::Zero();  // without the peak's
+  Rgb asymmetry = Rgb::Zero();         // g, likewise
   bool multiple_scattering = false;
+  ForwardPeak peak{};
 
-  // c = a + b: what a narrow beam loses.
-  Rgb extinction_per_m() const { return absorption_per_m + scattering_per_m; }
+  // c = a + b and the peak's scattering: what a narrow beam loses.
+  Rgb extinction_per_m() const { return image_loss_per_m() + peak.scattering_per_m; }
+  // What an image loses on its way: c without the peak's scattering.
+  Rgb image_loss_per_m() const { return absorption_per_m + scattering_per_m; }
   // G = a + b (1 - share g). With share = 1 light scattered forward is not lost, as for the
   // irradiance of a wide beam; with share = 0, G = c: strict single scattering.
   Rgb Diffuse(double share) const {
@@ -44,7 +56,8 @@ struct Medium {
   Rgb halo_loss_per_m() const { return Diffuse(multiple_scattering ? 0.5 : 0); }
 };
 
-// The sum of the background water and the milk in it. Asymmetries add weighted by scattering.
+// The sum of the background water and the milk in it. Asymmetries add weighted by scattering; the
+// peak is the background's.
 Medium MakeMedium(const WaterParams& params);
 
 // Phase function of Henyey and Greenstein (1941) [1/sr]; mu = cosine of the angle between the

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <string>
 
 #include "sim/base/check.h"
@@ -13,11 +14,43 @@ namespace {
 
 // Distance of the pixels that are metered: half of a ball's disc at 1 m in the default rig.
 constexpr int kMeter_px = 10;
+// The least peak of a spread ball that is added, in errors that shading may make: by default half a
+// DN at black for the default camera.
+constexpr float kFaintest = 5;
 
 void Load(const LightPoint& point, int i, PointBatch* batch) {
   batch->u_px[i] = point.u;
   batch->v_px[i] = point.v;
   batch->depth_m[i] = point.depth_m;
+}
+
+// I = Int L dA over the disc.
+Glow GlowOf(const Rgb& rim_w_m2_sr, const Rgb& core_w_m2_sr, double core_width_m, double radius_m) {
+  const double two_var_m2 = 2 * core_width_m * core_width_m;
+  return {.radius_m = radius_m,
+          .intensity_w_sr =
+              std::numbers::pi *
+              (radius_m * radius_m * rim_w_m2_sr +
+               two_var_m2 * (1 - std::exp(-radius_m * radius_m / two_var_m2)) * core_w_m2_sr)};
+}
+
+SpreadBall SpreadOf(const ForwardPeak& peak, const BallLightParams& lights, double radius_m) {
+  const double per_width = radius_m / lights.core_width_m;
+  return {peak, radius_m, [&](double r) {
+            return lights.rim_radiance_w_m2_sr +
+                   lights.core_radiance_w_m2_sr * std::exp(-0.5 * std::pow(r * per_width, 2));
+          }};
+}
+
+// Of a ball in the sea, for its halo. Half of what is scattered forwards counts as not lost on the
+// way (Medium::halo_loss_per_m); walks in the harbour say that it is no more than this exponent
+// however far the ball (tests/light/forward_peak_oracle_test.cc).
+Glow GlowAt(const Glow& glow, const Medium& medium, double way_m) {
+  constexpr double kMostRegained = 0.31;
+  const Rgb regained = (medium.image_loss_per_m() - medium.halo_loss_per_m()) * way_m;
+  Glow seen = glow;
+  seen.intensity_w_sr *= (kMostRegained - regained).min(0.0).exp();
+  return seen;
 }
 
 // With the last point, to a whole vector.
@@ -39,11 +72,11 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
       rig_(rig),
       surfaces_(surfaces),
       cameras_(rig.Each([](const MountedCamera& camera) {
-        return Camera{camera, RayFrame(camera), {}, {}, {}, {}};
+        return Camera{camera, RayFrame(camera), {}, {}, {}, {}, {}};
       })) {
   CheckFields(params_, "optics");
   medium_ = MakeMedium(params_.water);
-  extinction_per_m_ = medium_.extinction_per_m().cast<float>();
+  image_loss_per_m_ = medium_.image_loss_per_m().cast<float>();
   lighting_loss_per_m_ = medium_.lighting_loss_per_m().cast<float>();
   halo_loss_per_m_ = medium_.halo_loss_per_m().cast<float>();
   scatters_ = medium_.scattering_per_m.maxCoeff() > 0;
@@ -69,15 +102,10 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
       const Rgb rim_w_m2_sr = lights.rim_radiance_w_m2_sr * color;
       const Rgb core_w_m2_sr = lights.core_radiance_w_m2_sr * color;
       ball.disc = {rim_w_m2_sr.cast<float>(), core_w_m2_sr.cast<float>(),
-                   static_cast<float>(lights.core_width_m)};
-      // I = Int L dA over the disc
+                   static_cast<float>(lights.core_width_m),
+                   static_cast<float>(medium_.peak.scattering_per_m)};
       const double radius_m = surfaces_[ball.geom].size_m[0];
-      const double two_var_m2 = 2 * lights.core_width_m * lights.core_width_m;
-      ball.glow.radius_m = radius_m;
-      ball.glow.intensity_w_sr =
-          std::numbers::pi *
-          (radius_m * radius_m * rim_w_m2_sr +
-           two_var_m2 * (1 - std::exp(-radius_m * radius_m / two_var_m2)) * core_w_m2_sr);
+      ball.glow = GlowOf(rim_w_m2_sr, core_w_m2_sr, lights.core_width_m, radius_m);
       if (scatters_) {
         auto halo = std::find_if(halos_.begin(), halos_.end(),
                                  [&](const auto& known) { return known.first == radius_m; });
@@ -85,6 +113,8 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
           const Glow unit{.radius_m = radius_m, .intensity_w_sr = Rgb::Ones()};
           halos_.emplace_back(radius_m, HaloTable(medium_, unit));
           halo = std::prev(halos_.end());
+          if (medium_.peak.scattering_per_m > 0)
+            spread_balls_.push_back(SpreadOf(medium_.peak, lights, radius_m));
         }
         ball.halo = static_cast<size_t>(halo - halos_.begin());
       }
@@ -169,7 +199,10 @@ void Water::Apply(const view::RenderedStereo& rendered, RadianceStereo* out) {
 void Water::Prepare(const view::RenderedStereo& rendered, const StereoRegion& region) {
   Place(rendered);
   reflectors_.Illuminate(surfaces_, placed_, lamps_, casters_, &batch_);
-  for (const Side side : kSides) PrepareView(rendered[side], region[side], &cameras_[side]);
+  for (const Side side : kSides) {
+    Spread(&cameras_[side]);
+    PrepareView(rendered[side], region[side], &cameras_[side]);
+  }
 }
 
 Eigen::Array3d Water::MeanRadiance(const view::RenderedStereo& rendered) {
@@ -269,8 +302,8 @@ void Water::Place(const view::RenderedStereo& rendered) {
 void Water::SetDaylight(const Eigen::Array3d& irradiance_w_m2) {
   day_ = irradiance_w_m2.maxCoeff() > 0;
   daylight_w_m2_ = irradiance_w_m2.cast<float>();
-  const Rgb extinction_per_m = medium_.extinction_per_m().max(1e-12);
-  const Rgb veil_w_m2_sr = medium_.scattering_per_m / extinction_per_m * irradiance_w_m2;
+  const Rgb loss_per_m = medium_.image_loss_per_m().max(1e-12);
+  const Rgb veil_w_m2_sr = medium_.scattering_per_m / loss_per_m * irradiance_w_m2;
   day_veil_w_m2_sr_ = (veil_w_m2_sr / (2 * std::numbers::pi)).cast<float>();
 }
 
@@ -365,7 +398,7 @@ void Water::ShineFromSurface(const Camera& camera, int geom, PointBatch* batch) 
   Scale(surface.albedo.cast<float>().array() / std::numbers::pi_v<float>, batch);
   if (lit != nullptr)
     AddBallDisc(lit->disc, camera.rays, placed_[static_cast<size_t>(geom)].p_HS, batch);
-  Attenuate(extinction_per_m_, batch);
+  Attenuate(image_loss_per_m_, batch);
 }
 
 // Whether the marker stands between lit points and the light. Convex surfaces do not shade
@@ -376,6 +409,48 @@ void Water::CastShadows(int lit_geom, int source_geom, const Eigen::Vector3f& p_
   for (const int geom : casters_)
     if (geom != lit_geom && geom != source_geom)
       CastShadow(surfaces_[geom], placed_[static_cast<size_t>(geom)], p_HSource, batch);
+}
+
+// How the forward peak spreads the balls that a camera sees, or some of: parts of the marker may
+// stand before them.
+void Water::Spread(Camera* camera) {
+  if (spread_balls_.empty()) return;
+  const float least_w_m2_sr =
+      kFaintest * static_cast<float>(params_.shading.absolute_tolerance_w_m2_sr);
+  camera->spread.assign(lit_balls_.size(), {});
+  for (size_t k = 0; k < lit_balls_.size(); ++k) {
+    const LitBall& ball = lit_balls_[k];
+    if (!IsPresent(ball)) continue;
+    const Eigen::Vector3f& p_HBall = placed_[static_cast<size_t>(ball.geom)].p_HS;
+    const Eigen::Vector3f to_ball = p_HBall - camera->rays.p_HC;
+    const auto radius_m = static_cast<float>(ball.glow.radius_m);
+    const float way_m = to_ball.norm() - radius_m;
+    if (way_m <= 0) continue;
+    // evenly over the disc
+    batch_.count = PointBatch::kVector;
+    const Eigen::Vector3f across = to_ball.unitOrthogonal(),
+                          up = across.cross(to_ball).normalized();
+    for (int i = 0; i < batch_.count; ++i) {
+      const float r_m = radius_m * std::sqrt((static_cast<float>(i) + 0.5f) / PointBatch::kVector);
+      const float angle_rad =
+          std::numbers::pi_v<float> * (3 - std::sqrt(5.0f)) * static_cast<float>(i);
+      const Eigen::Vector3f p_HQ =
+          p_HBall + r_m * (std::cos(angle_rad) * across + std::sin(angle_rad) * up);
+      batch_.x_m[i] = p_HQ.x(), batch_.y_m[i] = p_HQ.y(), batch_.z_m[i] = p_HQ.z();
+    }
+    CastShadows(ball.geom, -1, camera->rays.p_HC, &batch_);
+    const float seen = std::accumulate(batch_.visible, batch_.visible + batch_.count, 0.0f) /
+                       static_cast<float>(batch_.count);
+    SpreadImage& spread = camera->spread[k];
+    spread.radius_m = radius_m;
+    spread.way_m = way_m;
+    spread.profile = spread_balls_[ball.halo].At(way_m);
+    spread.intensity_w_sr =
+        seen * ball.glow.intensity_w_sr.cast<float>() * (-image_loss_per_m_ * way_m).exp();
+    if (spread.intensity_w_sr.maxCoeff() * *std::ranges::max_element(spread.profile) <
+        least_w_m2_sr)
+      spread.intensity_w_sr.setZero();
+  }
 }
 
 // What the water on the way scatters into rays.
@@ -395,9 +470,10 @@ void Water::ShineFromWater(const Camera& camera, std::span<const LightPoint> poi
       std::fill_n(out, count, Light::Zero());
     if (day_)
       for (int i = 0; i < count; ++i)
-        out[i].head<3>() += day_veil_w_m2_sr_ * (1 - (-extinction_per_m_ * batch.range_m[i]).exp());
+        out[i].head<3>() += day_veil_w_m2_sr_ * (1 - (-image_loss_per_m_ * batch.range_m[i]).exp());
     reflectors_.AddHalos(camera.rays, count, &batch, out);
-    for (const LitBall& ball : lit_balls_) {
+    for (size_t k = 0; k < lit_balls_.size(); ++k) {
+      const LitBall& ball = lit_balls_[k];
       if (!IsPresent(ball)) continue;
       const PlacedSurface& placed = placed_[static_cast<size_t>(ball.geom)];
       // not lit: what the marker's box hides from the ball
@@ -410,8 +486,13 @@ void Water::ShineFromWater(const Camera& camera, std::span<const LightPoint> poi
         };
         shadow.emplace(surfaces_[shadow_box_], R_HS, in_box(placed.p_HS), in_box(camera.rays.p_HC));
       }
-      AddHalo(camera.rays, placed.p_HS, ball.glow, halo_loss_per_m_, halos_[ball.halo].second,
-              shadow ? &*shadow : nullptr, count, &batch, out);
+      const bool in_sea = !camera.spread.empty();
+      AddHalo(camera.rays, placed.p_HS,
+              in_sea ? GlowAt(ball.glow, medium_, camera.spread[k].way_m) : ball.glow,
+              halo_loss_per_m_, halos_[ball.halo].second, shadow ? &*shadow : nullptr, count,
+              &batch, out);
+      if (in_sea && camera.spread[k].intensity_w_sr.maxCoeff() > 0)
+        AddSpread(camera.rays, placed.p_HS, camera.spread[k], count, &batch, out);
     }
   }
 }

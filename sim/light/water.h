@@ -8,7 +8,8 @@
 //   balls, of marker and station in the lamps' light.
 // Light's way to a surface is attenuated with G, since scattering by small angles still lights a
 // surface; its way to the camera with c, since it no longer makes an image (it makes veil and
-// halo).
+// halo). The forward peak of sea water is no loss: it spreads the balls' own light
+// (sim/light/forward_peak.h) and leaves all other as it is.
 //
 // The marker's shadow is cut out of the lamps' light on surfaces and (the box's only) out of the
 // halos. Left out: shadows in the veil, halos of far walls and of surfaces in the balls' light,
@@ -25,6 +26,7 @@
 
 #include "sim/base/camera.h"
 #include "sim/base/image.h"
+#include "sim/light/forward_peak.h"
 #include "sim/light/optics_params.h"
 #include "sim/light/point_batch.h"
 #include "sim/light/radiance.h"
@@ -86,6 +88,7 @@ class Water {
     std::optional<VeilTable> veil;  // none with the lamps off or nothing that scatters
     SurfacePyramid pyramid;
     TiledLight surface_light, water_light;
+    std::vector<SpreadImage> spread;  // by lit ball, of the instant; empty without a forward peak
   };
   struct LitBall {
     int geom = -1;
@@ -101,6 +104,7 @@ class Water {
   void PrepareView(const view::RenderedView& view, const PixelRegion& region, Camera* camera);
   void ShineFromSurfaces(const Camera& camera, std::span<const LightPoint> points, Light* light);
   void ShineFromSurface(const Camera& camera, int geom, PointBatch* batch) const;
+  void Spread(Camera* camera);
   void ShineFromWater(const Camera& camera, std::span<const LightPoint> points, Light* light);
   void CastShadows(int lit_geom, int source_geom, const Eigen::Vector3f& p_HSource,
                    PointBatch* batch) const;
@@ -110,11 +114,12 @@ class Water {
   StereoRig rig_;
   SurfaceTable surfaces_;
   Medium medium_;
-  Eigen::Array3f extinction_per_m_, lighting_loss_per_m_, halo_loss_per_m_;
+  Eigen::Array3f image_loss_per_m_, lighting_loss_per_m_, halo_loss_per_m_;
   bool scatters_ = false;
   std::vector<Lamp> lamps_;  // empty when off
   std::vector<LitBall> lit_balls_;
   std::vector<std::pair<double, HaloTable>> halos_;  // of unit intensity, by the ball's radius
+  std::vector<SpreadBall> spread_balls_;             // likewise; empty without a forward peak
   Reflectors reflectors_;  // none with the lamps off or nothing that scatters
   std::vector<int> casters_;
   int shadow_box_ = -1;  // the geom that casts shadows in halos, -1: none

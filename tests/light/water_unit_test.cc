@@ -54,8 +54,10 @@ TEST(MakeMedium, AddsMilkToTheBackground) {
   // milk and sea: scattering adds, the mean cosine lies between
   params.background = Background::kCoastal;
   const Medium sea = MakeMedium(params);
-  EXPECT_NEAR(sea.scattering_per_m[1], 0.219 + 2.03826, 1e-12);
-  EXPECT_NEAR(sea.asymmetry[1], (0.219 * 0.924 + 2.03826 * 0.714) / (0.219 + 2.03826), 1e-12);
+  const double peak_per_m = sea.peak.scattering_per_m, peak_g = 1 - sea.peak.width_rad;
+  EXPECT_NEAR(sea.scattering_per_m[1] + peak_per_m, 0.219 + 2.03826, 1e-12);
+  EXPECT_NEAR(sea.scattering_per_m[1] * sea.asymmetry[1] + peak_per_m * peak_g,
+              0.219 * 0.924 + 2.03826 * 0.714, 1e-12);
   EXPECT_NEAR(sea.absorption_per_m[1], 0.179, 1e-12);
 }
 
