@@ -138,6 +138,12 @@ ThrusterCommand Autopilot::Update(const PoseEstimate& estimate, const Excitation
   reference_ = setpoint_.Lead(estimate.frame, desired,
                               blind ? ToAxes(*outlook.predicted_HM) : ToAxes(estimate.X_HM));
   demand_ = controller_->Demand(reference_);
+  if (const ThrusterCommand* own = controller_->Command()) {
+    if (!excitation.share.isZero(0))
+      throw ConfigError("controller", "commands each thruster: nothing can be added on an axis");
+    controller_->OnCommandApplied(estimate.frame, demand_);
+    return *own;
+  }
   const Axes added = allocation_->authority().cwiseProduct(excitation.share);
   const Allocated allocated = allocation_->Share(demand_ + added, level);
   controller_->OnCommandApplied(estimate.frame, allocated.given - added);

@@ -7,6 +7,7 @@
 #include "control/axes.h"
 #include "sim/base/attitude.h"
 #include "sim/base/navigation_reading.h"
+#include "sim/base/thruster_command.h"
 
 namespace turbidock::control {
 
@@ -47,6 +48,10 @@ class Controller {
 
   // What it wants for the frame observed last. At least one frame must have been.
   virtual Axes Demand(const Reference& wanted) = 0;
+
+  // Its own command of each thruster for that, where no allocation shall share it out; Demand then
+  // gave the forces and the moment that come of it.
+  virtual const ThrusterCommand* Command() const { return nullptr; }
 
   // Where its model says that the marker is at a frame without a usable estimate, given what the
   // thrusters did; for every such frame in order. Nothing from a controller without a model.

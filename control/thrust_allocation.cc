@@ -141,8 +141,24 @@ Allocated ForceAllocation::Share(const Axes& demand, const RollPitch& level) con
   for (const Axis axis : kPriority)
     if (reached_[axis])
       allocated.given[axis] = add(demand[axis] * thrust_per_demand_.col(axis)) * demand[axis];
-  for (size_t i = 0; i < thrust.size(); ++i) allocated.command.volts.push_back(Volts(i, thrust[i]));
+  allocated.command = CommandOf(thrust);
   return allocated;
+}
+
+ThrusterCommand ForceAllocation::CommandOf(const PerThruster& thrust_newton) const {
+  ThrusterCommand command;
+  for (size_t i = 0; i < thrust_newton.size(); ++i)
+    command.volts.push_back(Volts(i, thrust_newton[i]));
+  return command;
+}
+
+Axes ForceAllocation::GivenBy(const ThrusterCommand& command) const {
+  VectorXd thrust(std::ssize(thrusters_));
+  for (size_t i = 0; i < thrusters_.size(); ++i)
+    thrust[static_cast<Eigen::Index>(i)] =
+        thrusters_[i].effectiveness * thrusters_[i].curve.Thrust(command.volts[i]);
+  const VectorXd wrench = Wrenches(thrusters_) * thrust;
+  return {wrench[0], wrench[1], wrench[2], wrench[5]};
 }
 
 double ForceAllocation::Volts(size_t thruster, double thrust_newton) const {

@@ -68,6 +68,10 @@ class ForceAllocation final : public Allocation {
   const Axes& most() const { return most_; }
   const Axes& most_back() const { return most_back_; }
   Axes authority() const override { return (most_ - most_back_) / 2; }
+  // The voltages for a thrust of each thruster [N], as far as it has it, and what voltages settle
+  // to along the axes.
+  ThrusterCommand CommandOf(const PerThruster& thrust_newton) const;
+  Axes GivenBy(const ThrusterCommand& command) const;
   // Whether the thrusters that are left can roll and pitch it without moving it along an axis.
   bool levels() const { return thrust_per_level_.col(0).any() && thrust_per_level_.col(1).any(); }
 

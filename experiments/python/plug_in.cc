@@ -1,6 +1,6 @@
 // Controllers and estimators written in Python, as plug-ins of a scenario.
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <exception>
 #include <optional>
@@ -128,12 +128,13 @@ void Translate(std::exception_ptr thrown) {
 
 // ------------------------------------------------------------------------------------ controllers
 
-// "forces" or "volts": the type of a controller's allocation. ConfigError for what is neither.
+// The type of a controller's allocation, by what it asks for. ConfigError for what is nothing.
 using AnyAllocation = decltype(control::ControllerSpec::allocation);
 AnyAllocation AllocationFor(const std::string& asks_for) {
-  if (asks_for == "forces") return control::ForceAllocationParams();
   if (asks_for == "volts") return control::VoltsAllocationParams();
-  throw ConfigError("asks_for", asks_for + ", must be forces or volts");
+  for (const char* each : {"forces", "thrusts", "thruster_volts"})
+    if (asks_for == each) return control::ForceAllocationParams();
+  throw ConfigError("asks_for", asks_for + ", must be forces, volts, thrusts or thruster_volts");
 }
 
 // The most of it by axis, the mean of both ways: N and N m, or volts. None on a vehicle that cannot
@@ -165,8 +166,18 @@ struct ControllerParams : Keys {
 class PythonController final : public control::Controller {
  public:
   PythonController(const Held& make, const ControllerParams& params,
-                   const control::VehicleModel& vehicle, double frame_s, bool observes, bool hears)
-      : observes_(observes), hears_(hears) {
+                   const control::VehicleModel& vehicle, double frame_s,
+                   const std::string& asks_for, bool observes, bool hears)
+      : gives_volts_(asks_for == "thruster_volts"), observes_(observes), hears_(hears) {
+    std::vector<std::string> names;
+    for (const control::ThrusterModel& thruster : vehicle.thrusters) names.push_back(thruster.name);
+    if (gives_volts_ || asks_for == "thrusts") {
+      thrusters_.emplace(std::get<control::ForceAllocationParams>(params.allocation), vehicle,
+                         /*may_lack_axes=*/true);
+      rule_ = fmt::format("demand() must give {} numbers up to 1e6, {}", names.size(),
+                          fmt::join(names, ", "));
+      command_ = ThrusterCommand::Neutral(names.size());
+    }
     Call([&] {
       py::object self = params.Instance(make);
       self.attr("frame_s") = frame_s;
@@ -176,7 +187,7 @@ class PythonController final : public control::Controller {
           py::dict(py::arg("inertia") = python::Copy(vehicle.inertia),
                    py::arg("linear_damping") = python::Copy(vehicle.linear_damping),
                    py::arg("quadratic_damping") = python::Copy(vehicle.quadratic_damping),
-                   py::arg("thruster_lag_s") = vehicle.thruster_lag_s,
+                   py::arg("thruster_lag_s") = vehicle.thruster_lag_s, py::arg("thrusters") = names,
                    py::arg("head_ahead_m") = vehicle.head_ahead_m);
       self.attr("start")();
       self_ = Hold(std::move(self));
@@ -188,11 +199,22 @@ class PythonController final : public control::Controller {
     if (observes_) Call([&] { self_->attr("observe")(seen); });
   }
   control::Axes Demand(const control::Reference& wanted) override {
-    return Call([&]() -> control::Axes {
-      return NumbersOf(self_->attr("demand")(seen_, wanted), control::kAxisCount,
-                       "demand() must give four numbers up to 1e6, surge, sway, heave, yaw");
+    const auto count = thrusters_ ? std::ssize(command_.volts) : control::kAxisCount;
+    const Eigen::VectorXd asked = Call([&] {
+      return NumbersOf(self_->attr("demand")(seen_, wanted), static_cast<int>(count), rule_);
     });
+    if (!thrusters_) return asked;
+    PerThruster numbers(asked.begin(), asked.end());
+    if (!gives_volts_) numbers = thrusters_->CommandOf(numbers).volts;
+    for (const double volts : numbers)
+      if (volts < 0 || volts > kMaxVolts)
+        throw std::runtime_error(
+            fmt::format("thruster volts must be in 0 to {}, neutral {}, not {}", kMaxVolts,
+                        kNeutralVolts, volts));
+    command_.volts = numbers;
+    return thrusters_->GivenBy(command_);
   }
+  const ThrusterCommand* Command() const override { return thrusters_ ? &command_ : nullptr; }
   std::optional<control::Axes> Predict(int64_t frame) override {
     return Call([&]() -> std::optional<control::Axes> {
       const py::object marker = self_->attr("predict")(frame);
@@ -208,7 +230,10 @@ class PythonController final : public control::Controller {
  private:
   Held self_;
   control::Observation seen_;
-  bool observes_, hears_;
+  std::optional<control::ForceAllocation> thrusters_;  // of one that commands them itself
+  ThrusterCommand command_;
+  std::string rule_ = "demand() must give four numbers up to 1e6, surge, sway, heave, yaw";
+  bool gives_volts_, observes_, hears_;
 };
 
 // ---------------------------------------------------------------------------------- estimators
@@ -395,7 +420,7 @@ void AddPlugins(py::module_* module) {
                        .make =
                            [=](const control::VehicleModel& vehicle, const ClockParams& clock) {
                              return std::make_unique<PythonController>(
-                                 held, params, vehicle, clock.frame_s(), observes, hears);
+                                 held, params, vehicle, clock.frame_s(), asks_for, observes, hears);
                            },
                        .predicts = predicts,
                        .pose_filter = params.pose_filter,

@@ -45,6 +45,7 @@ class CheckedController final : public control::Controller {
     if (!demand.allFinite()) throw PluginError(what + " gave a demand that is not finite");
     return demand;
   }
+  const ThrusterCommand* Command() const override { return controller_->Command(); }
   std::optional<control::Axes> Predict(int64_t frame) override {
     const std::string what = At("Predict", frame);
     auto marker = Guarded(what, [&] { return controller_->Predict(frame); });

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <string>
 
 #include "control/lqg.h"
@@ -159,6 +160,37 @@ TEST(Autopilot, AnExcitationIsHiddenFromTheLaw) {
     const ThrustCurve curve;
     EXPECT_NEAR(curve.Thrust(with.volts[3]) - curve.Thrust(without.volts[3]), 0.12 * 4.655, 1e-12);
   }
+}
+
+// It commands each thruster.
+class Own final : public Controller {
+ public:
+  explicit Own(Axes* given) : given_(given) {}
+  void Observe(const Observation&) override {}
+  Axes Demand(const Reference&) override { return {1, 2, 3, 4}; }
+  const ThrusterCommand* Command() const override { return &command_; }
+  void OnCommandApplied(int64_t, const Axes& given) override { *given_ = given; }
+
+ private:
+  ThrusterCommand command_{{1, 2, 3, 4}};
+  Axes* given_;
+};
+
+TEST(Autopilot, AControllerMayCommandEachThruster) {
+  Axes given;
+  const auto make = [&](const VehicleModel&, const ClockParams&) {
+    return std::make_unique<Own>(&given);
+  };
+  Autopilot autopilot({{.make = make}}, {.found_hold_s = 0}, PublishedVehicle(), kClock);
+  const ThrusterCommand command = autopilot.Update(Estimate(0, {0.6, 0, 0, 0}));
+  EXPECT_EQ(command.volts, (PerThruster{1, 2, 3, 4}));
+  EXPECT_EQ(given, Axes(1, 2, 3, 4));
+  EXPECT_EQ(autopilot.Update(Estimate(1, {0.6, 0, 0, 0}, 0.1)).volts,
+            ThrusterCommand::Neutral(4).volts);
+  EXPECT_EQ(given, Axes(Axes::Zero()));
+  EXPECT_THROW(autopilot.Update(Estimate(2, {0.6, 0, 0, 0}),
+                                {.wanted = Axes::Zero(), .share = {0, 0, 0.12, 0}}),
+               ConfigError);
 }
 
 TEST(Autopilot, OtherGainsTakeOverAndTheProcedureGoesOn) {

@@ -267,6 +267,7 @@ TEST(ForceAllocation, GivesTheVehicleWhatItSaysWhateverIsAsked) {
       const double tolerance = 1e-3 * vehicle.thrusters[0].curve.max_thrust_newton;
       EXPECT_NEAR((AxesOf(wrench) - got.given).norm(), 0, tolerance);
       EXPECT_NEAR(wrench.segment<2>(3).norm(), 0, tolerance);  // level
+      EXPECT_NEAR((allocation.GivenBy(got.command) - AxesOf(wrench)).norm(), 0, 1e-9);
       // A part of what was asked, never more and never the other way.
       for (int axis = 0; axis < kAxisCount; ++axis) {
         EXPECT_LE(std::abs(got.given[axis]), std::abs(asked[axis]) * (1 + 1e-12));

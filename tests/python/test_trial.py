@@ -195,7 +195,7 @@ def test_forces_steer_every_vehicle_and_volts_the_published_one():
     class Odd(turbidock.Controller):
         asks_for = "watts"
 
-    with pytest.raises(turbidock.ConfigError, match="watts, must be forces or volts"):
+    with pytest.raises(turbidock.ConfigError, match="watts, must be forces, volts, thrusts or thruster_volts"):
         turbidock.run("pool_active", controller=Odd)
 
 
@@ -286,7 +286,7 @@ def test_what_is_no_plug_in_is_refused():
 def test_steering_by_hand_is_checked():
     trial = turbidock.Trial("pool_active", settings={**QUICK, "duration_s": 1}, steered="volts")
     for wrong in ([0, 0, 0], [0, 0, 0, float("nan")], "left", None):
-        with pytest.raises(ValueError, match="four numbers, surge, sway, heave, yaw, not") as error:
+        with pytest.raises(ValueError, match="4 numbers, surge, sway, heave, yaw, not") as error:
             trial.step(wrong)
         assert repr(wrong) in str(error.value)
     while not trial.ended:
@@ -295,7 +295,7 @@ def test_steering_by_hand_is_checked():
         trial.step([0, 0, 0, 0])
     with pytest.raises(ValueError, match="steered trial only"):
         turbidock.Trial("pool_active", settings=QUICK).step([0, 0, 0, 0])
-    with pytest.raises(turbidock.ConfigError, match="watts, must be forces or volts"):
+    with pytest.raises(turbidock.ConfigError, match="watts, must be forces, volts, thrusts or thruster_volts"):
         turbidock.Trial("pool_active", settings=QUICK, steered="watts")
 
 
@@ -309,6 +309,35 @@ def test_a_demand_is_given_as_far_as_the_vehicle_can():
     np.testing.assert_allclose(trial.frame.demand, half)
     trial.step([0, 100, 0, 0])
     assert 0.9 * trial.authority[1] < trial.given[1] < 1.2 * trial.authority[1]
+
+
+def test_thrusters_that_are_commanded_one_by_one():
+    def steered(asks_for):
+        return turbidock.Trial("bluerov2_sea_night", seed=1, settings={**QUICK, "duration_s": 3}, steered=asks_for)
+
+    by_axis, volts = steered(True), []
+    while not by_axis.ended:
+        by_axis.step([3, -2, 1, 0.5])
+        volts.append(by_axis.frame.command_v)
+    again = steered("thruster_volts")
+    for each in volts:
+        again.step(each)
+    assert again.result().digest == by_axis.result().digest
+    trial = steered("thrusts")
+    names = trial._hand.vehicle["thrusters"]
+    while not trial.in_control:
+        trial.step([0] * len(names))
+    trial.step([1.5 if name.startswith("upright") else 0 for name in names])
+    np.testing.assert_allclose(trial.given, [0, 0, 1.5 * sum(name.startswith("upright") for name in names), 0], atol=1e-9)
+    np.testing.assert_array_equal(trial.frame.demand, trial.given)
+    trial.step([1e4] * len(names))
+    assert (trial.frame.command_v == 4.875).all()  # where the T200's table ends
+    with pytest.raises(ValueError, match=f"step.. takes {len(names)} numbers, {names[0]}, "):
+        trial.step([0, 0, 0, 0])
+    with pytest.raises(turbidock.PluginError, match="thruster volts must be in 0 to 5, neutral 2.5, not -0.1"):
+        trial = steered("thruster_volts")
+        while True:
+            trial.step([-0.1] * len(names))
 
 
 def test_what_is_left_of_a_finished_trial():

@@ -70,7 +70,9 @@ class Controller(_PlugIn):
                 return [min(self.gain * x, 2), self.gain * y, self.gain * z, 0.4 * heading]
     """
 
-    asks_for: str = "forces"  # or "volts", which only the published vehicle understands
+    # By axis: "forces", or "volts", which only the published vehicle understands. For each thruster: "thrusts" [N] or
+    # "thruster_volts", 0 to 5, neutral 2.5; nothing else levels the vehicle meanwhile.
+    asks_for: str = "forces"
     pose_filter: bool = False  # a Kalman filter before it, which also gives `seen.rate`
     setpoint: bool = False  # lead the desired pose with limited speed
 
@@ -80,7 +82,7 @@ class Controller(_PlugIn):
     delay_s: float  # and was exposed so long before
     authority: np.ndarray  # all that the vehicle has on each axis: N, N, N, N m, or volts
     # As its builder knows it: inertia (kg, kg m^2), linear_damping, quadratic_damping by axis,
-    # thruster_lag_s, head_ahead_m
+    # thruster_lag_s, head_ahead_m; names of its thrusters
     vehicle: dict[str, Any]
 
     def start(self) -> None:
@@ -93,7 +95,7 @@ class Controller(_PlugIn):
                ) -> Sequence[float] | np.ndarray:
         """Forces [N] for surge, sway, heave and a moment [N m] for yaw, or volts: positive when the
         marker is farther, further left, higher or turned counter-clockwise than wanted. Of more
-        than the vehicle has it gives what it can, its heading first."""
+        than the vehicle has it gives what it can, its heading first. Or a number for each of vehicle["thrusters"]."""
         raise NotImplementedError(f"{type(self).__name__} has no demand()")
 
     def predict(self, frame: int) -> Sequence[float] | np.ndarray | None:

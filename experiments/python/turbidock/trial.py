@@ -20,6 +20,11 @@ class _Hand(Controller):
     seen, wanted = _core.Observation(), _core.Reference()
     next = came = np.zeros(4)
     in_control = asked = False
+    parts: Sequence[str] = ("surge", "sway", "heave", "yaw")  # of a demand
+
+    def start(self) -> None:
+        if self.asks_for in ("thrusts", "thruster_volts"):
+            self.parts = self.vehicle["thrusters"]
 
     def observe(self, seen: _core.Observation) -> None:
         self.seen = seen
@@ -42,7 +47,7 @@ class Trial(_core.Trial):
         print(trial.result().digest)              # that of turbidock.run
 
     With `steered`, you are the controller: `trial.step([surge, sway, heave, yaw])` in N, N, N and
-    N m (steered="volts": in volts), while the docking procedure says what is wanted. A trial belongs
+    N m (steered: True or what Controller.asks_for may be), while the docking procedure says what is wanted. A trial belongs
     to the thread and the process that made it. `with turbidock.Trial(...) as trial:` frees its memory
     at the end.
     """
@@ -56,9 +61,8 @@ class Trial(_core.Trial):
         self._by_hand: _Hand | None = None
         if steered:
             self._by_hand = hand = _Hand()
-            made._cpp.plugins.add_controller(
-                "steered", lambda: hand, [], "forces" if steered is True else steered,
-                True, False, True, False, True, "")
+            hand.asks_for = "forces" if steered is True else steered
+            made._cpp.plugins.add_controller("steered", lambda: hand, [], hand.asks_for, True, False, True, False, True, "")
             made["controller"] = "steered"
         super().__init__(made._cpp, images)
         self._scenario = made
@@ -100,9 +104,10 @@ class Trial(_core.Trial):
         """Lets the next frame's time pass. ValueError after the end."""
         if self._by_hand:
             given: Any = demand
-            asked = np.array(given, float) if np.shape(given) == (4,) else np.array(np.nan)
+            parts = self._by_hand.parts
+            asked = np.array(given, float) if np.shape(given) == (len(parts),) else np.array(np.nan)
             if not np.isfinite(asked).all():
-                raise ValueError(f"step() takes four numbers, surge, sway, heave, yaw, not {demand!r}")
+                raise ValueError(f"step() takes {len(parts)} numbers, {', '.join(parts)}, not {demand!r}")
             self._by_hand.next = asked
         elif demand is not None:
             raise ValueError("step() takes a demand of a steered trial only")
