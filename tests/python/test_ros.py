@@ -91,6 +91,8 @@ class Played:
     def mismatches(self):
         return []
 
+    elsewhere = mismatches
+
     def intruders(self):
         return [(topics.DESIRED, "/odd")] if self.what == "intruder" else []
 
@@ -164,6 +166,31 @@ def test_a_velocity_without_a_stamp_counts_for_the_frame_that_is_waited_for(play
     assert play("unstamped", turbidock.ros.TwistController).outcome == "timeout"
 
 
+@pytest.mark.parametrize("answer, names, value, problem", [
+    ("thrusts", ["sway", "heave", "surge_left", "surge_right"], 0.5, None),
+    ("volts", ["sway", "heave", "surge_left", "surge_right"], 3.5, None),
+    ("volts", ["sway", "heave", "surge_left", "surge_right"], 0.0, "thruster volts must be in 0 to 5, neutral 2.5, not -0.5"),
+    ("thrusts", ["surge", "sway", "heave", "yaw"], 0.5, "/thrusts from /odd: has 4 efforts of surge, sway, heave, yaw; must be of each "
+     "of surge_left, surge_right, sway, heave"),
+    ("volts", ["sway"], 0.5, "/volts from /odd: has 1 efforts of sway; must be of each of surge_left"),
+    ("volts", ["sway", "heave", "sway", "sway"], 0.5, "has 4 efforts of sway, heave, sway, sway; must be"),
+    ("thrusts", ["sway", "heave", "surge_left", "surge_right"], float("nan"), r"/thrusts from /odd: \[.*nan.*\] is not finite"),
+])
+def test_thrusters_are_answered_by_name(play, monkeypatch, answer, names, value, problem):
+    efforts = [value - 0.5 * (name == "heave") for name in names]
+    monkeypatch.setattr(sys.modules[__name__], "right_answer",
+                        lambda _, message: wire.named(topics.THRUSTS, wire.stamp_ns(message), names, effort=efforts))
+    monkeypatch.setattr(topics, "WRENCH", topics.ANSWERS[answer][0])
+    if problem:
+        with pytest.raises(turbidock.PluginError, match=problem):
+            play("right", command.CONTROLLERS[answer])
+        return
+    row = play("right", command.CONTROLLERS[answer]).trajectory.iloc[-1]
+    if answer == "thrusts":  # over the dead band of the published curve
+        efforts = [2.5 + (effort > 0) * (0.19 + 2.31 * effort / 4.9) for effort in efforts]
+    np.testing.assert_allclose([row[f"{name}_v"] for name in names], efforts, atol=1e-12)
+
+
 def test_an_estimator_may_say_that_it_sees_nothing(play):
     assert play("unseen", estimator=turbidock.ros.ImageEstimator).outcome == "timeout"
     frames = [Played.sent[at:at + 5] for at in range(0, len(Played.sent), 5)]
@@ -218,6 +245,14 @@ def test_a_command_line_that_cannot_be(monkeypatch, arguments, problem):
         command.main()
 
 
+@pytest.mark.parametrize("domain", ["abc", "-1", "233", "1.5"])
+def test_an_environments_domain_that_is_none_is_refused(monkeypatch, domain):
+    monkeypatch.setenv("ROS_DOMAIN_ID", domain)
+    monkeypatch.setattr(sys, "argv", "turbidock-ros run pool_active --answer wrench".split())
+    with pytest.raises(ValueError, match=f"ROS_DOMAIN_ID: '{domain}' must be in 0 to 232"):
+        command.main()
+
+
 def test_a_domain_in_use_is_refused(play):
     with exchange._claim(97), pytest.raises(turbidock.PluginError, match="ROS_DOMAIN_ID 97 is in use by another trial"):
         play("right", launch="sleep 9", domain=97)
@@ -250,11 +285,13 @@ def test_types_and_qos_that_do_not_match_are_named(monkeypatch):
         node.create_publisher(PoseStamped, "marker/desired", volatile)
         node.create_subscription(PoseStamped, "marker/desired", print, local)
         node.create_subscription(PoseStamped, "marker/desired", print, best_effort)  # asks for less: that fits
+        node.create_publisher(WrenchStamped, "/mine/wrench", best_effort)
         wait_until(lambda: link._wire.others() == ["/odd"] and len(link._wire.mismatches()) == 3)
         assert sorted(link._wire.mismatches()) == [
             "/odd has /marker/pose as geometry_msgs/PoseStamped, it is geometry_msgs/PoseWithCovarianceStamped",
             "/odd publishes /wrench as best effort, it must be reliable",
             "/odd subscribes /marker/desired as transient local, it must be volatile"]
+        wait_until(lambda: link._wire.elsewhere() == ["/mine/wrench is another topic than /wrench"])
         assert link._wire.intruders() == [(topics.DESIRED, "/odd")]
         assert exchange._is_used(92) and not exchange._is_used(93)
         with pytest.raises(turbidock.PluginError, match="ROS_DOMAIN_ID 92 is in use by other nodes"):

@@ -1,6 +1,7 @@
 """turbidock's p_voltage with the gains of its defaults as a ROS node: the same numbers, to the last bit. After five frames,
 p_voltage.py silent: says no more; p_voltage.py die FILE: the first node to make the file kills itself."""
 
+import math
 import os
 import signal
 import sys
@@ -48,14 +49,22 @@ class PVoltage(Node):
         def limit(volts, most):
             return min(max(volts, -most), most)
 
+        sway = limit(30.0 * (pose.position.y - wanted.position.y), 2.5)
+        heave = limit(30.0 * (pose.position.z - wanted.position.z), 2.5)
+        yaw = limit(2.0 * (pose.orientation.z - wanted.orientation.z), 2.5)
+        surge = limit(limit(20.0 * (pose.position.x - wanted.position.x), 0.5), 2.5 - abs(yaw))
         answer = JointState()
         answer.header.stamp, answer.header.frame_id = self.seen.header.stamp, "base_link"
-        answer.name = ["surge", "sway", "heave", "yaw"]
-        answer.effort = [limit(20.0 * (pose.position.x - wanted.position.x), 0.5),
-                         limit(30.0 * (pose.position.y - wanted.position.y), 2.5),
-                         limit(30.0 * (pose.position.z - wanted.position.z), 2.5),
-                         limit(2.0 * (pose.orientation.z - wanted.orientation.z), 2.5)]
+        answer.name = ["heave", "surge_left", "surge_right", "sway"]  # in whatever order
+        answer.effort = [2.5 + inverse(demand) for demand in (heave, surge - yaw, surge + yaw, sway)]
         self.volts.publish(answer)
+
+
+def inverse(demand):
+    """As the allocation of volts has it, which is none but for rounding."""
+    size = abs(demand)
+    volts = size / 0.05 * (2.5 * (0.05 / 2.5)) if size < 0.05 else 2.5 * (size / 2.5)
+    return math.copysign(volts, demand)
 
 
 def is_first(file):

@@ -49,6 +49,6 @@ with its file.
 """
 
 from .exchange import use
-from .plug_ins import ImageEstimator, TwistController, VoltsController, WrenchController
+from .plug_ins import ImageEstimator, ThrustsController, TwistController, VoltsController, WrenchController
 
-__all__ = ["ImageEstimator", "TwistController", "VoltsController", "WrenchController", "use"]
+__all__ = ["ImageEstimator", "ThrustsController", "TwistController", "VoltsController", "WrenchController", "use"]

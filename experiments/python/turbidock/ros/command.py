@@ -19,7 +19,7 @@ BY_HAND = "by-hand"
 FLIES = ("run", "batch", "gate", "view", BY_HAND)  # what --set goes to
 OTHERS = ("replay", "report", "status", "mcap")
 
-_USAGE = """turbidock-ros COMMAND ... [--launch "COMMAND"] [--answer wrench|twist|volts] [--estimator] [...] [--ros-args ...]
+_USAGE = """turbidock-ros COMMAND ... [--launch "COMMAND"] [--answer wrench|twist|thrusts|volts] [--estimator] [...] [--ros-args ...]
 
 COMMAND and what follows are those of turbidock: run, batch, gate, view; also replay, report and status of what they wrote,
 and mcap, which is turbidock-mcap.
@@ -65,12 +65,14 @@ def _arguments_of(command: str, rest: list[str], own: argparse.Namespace) -> lis
     if command in OTHERS:
         return rest
     if not own.answer and not own.estimator:
-        raise ValueError("say what your nodes do: --answer wrench|twist|volts, --estimator, or both")
+        raise ValueError("say what your nodes do: --answer wrench|twist|thrusts|volts, --estimator, or both")
     for name in ("answer_within", "first_answer_within"):
         if not 0 < getattr(own, name) < 1e6:
             raise ValueError(f"--{name.replace('_', '-')}: {getattr(own, name):g} must be above 0 and below 1e6")
     if own.domain is not None and own.domain not in range(233):
         raise ValueError(f"--domain: {own.domain} must be in 0 to 232")
+    if not own.launch and own.domain is None:
+        exchange.domain_of_environment()
     if command in ("batch", "gate") and (not own.launch or own.domain is not None):
         why = "--domain is for one worker" if own.launch else "nodes that run already are one worker's"
         if _value_of(rest, "--workers") not in ("", "1"):

@@ -103,6 +103,14 @@ def _given_domain(domain: int, starts_nodes: bool) -> tuple[int, socket.socket]:
     return domain, claim
 
 
+def domain_of_environment() -> int:
+    """ROS_DOMAIN_ID. ValueError for what is none."""
+    text = os.environ.get("ROS_DOMAIN_ID") or "0"
+    if not text.isdecimal() or int(text) not in range(233):
+        raise ValueError(f"ROS_DOMAIN_ID: '{text}' must be in 0 to 232")
+    return int(text)
+
+
 class Link:
     """Of a process: a node, a domain, and, while a trial is under way, the user's nodes. A trial is that of the plug-ins which
     have entered it."""
@@ -179,7 +187,7 @@ class Link:
     def _connect(self) -> None:
         launch, given = self._stack.launch, self._stack.domain
         if given is None and not launch:
-            given = int(os.environ.get("ROS_DOMAIN_ID") or 0)
+            given = domain_of_environment()
         if not self._claim:
             self._domain, self._claim = _free_domain() if given is None else _given_domain(given, bool(launch))
         own = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
@@ -359,9 +367,12 @@ class Link:
         who = sorted({writer for topic in answers for writer in self._wire.writers(topic)})
         why += f" from {', '.join(who)}" if who else ", which nobody publishes"
         old = "".join(f"; {name} had stamp {old} last" for name, old in self._last.items())
-        fit = "".join(f"; {problem}" for problem in self._wire.mismatches())
-        there = self._wire.others()
-        raise _core.NoAnswer(f"{why}{old}{fit}; nodes: {', '.join(there) or 'none'}{self._output()}")
+        raise _core.NoAnswer(f"{why}{old}{self._surroundings()}{self._output()}")
+
+    def _surroundings(self) -> str:
+        assert self._wire
+        problems = [*self._wire.mismatches(), *self._wire.elsewhere()]
+        return f"; nodes: {', '.join(self._wire.others()) or 'none'}" + "".join(f"; {problem}" for problem in problems)
 
     def _output(self) -> str:
         tail = self._nodes.tail() if self._nodes else ""
@@ -372,9 +383,7 @@ class Link:
         if time.monotonic() < said + 1:
             return said
         assert self._wire
-        problems = "".join(f"; {problem}" for problem in self._wire.mismatches())
-        there = ", ".join(self._wire.others()) or "none"
-        print(f"turbidock-ros: {what}; nodes: {there}{problems}", file=sys.stderr, flush=True)
+        print(f"turbidock-ros: {what}{self._surroundings()}", file=sys.stderr, flush=True)
         return time.monotonic()
 
 

@@ -28,7 +28,7 @@ class _NodeController(Controller):
     """A node that gets the marker's pose and where it is wanted, and answers with a demand."""
 
     pose_filter = False
-    _answer = "wrench"
+    _answer, _nothing = "wrench", 0.0
 
     @classmethod
     def _code(cls) -> str:
@@ -37,6 +37,7 @@ class _NodeController(Controller):
     def start(self) -> None:
         self._link = exchange.link()
         self._link.enter("controller", self, CONTROLLER, ANSWERS[self._answer])
+        self._parts = AXES if self.asks_for == "forces" else self.vehicle["thrusters"]
         self._sent = -1
         self._begun = self._asked = False
 
@@ -65,22 +66,22 @@ class _NodeController(Controller):
         self._asked = True
         answer = self._link.ask(ANSWERS[self._answer], stamp)
         if answer is None:  # stopped
-            return np.zeros(4)
+            return np.full(len(self._parts), self._nothing)
         topic, message = answer
         try:
-            axes = wire.axes_of(message)
+            numbers = wire.numbers_of(message, self._parts)
         except ValueError as error:
             raise self._link.wrong(topic, str(error)) from None
-        if not np.isfinite(axes).all():
-            raise self._link.wrong(topic, f"{axes} is not finite")
+        if not np.isfinite(numbers).all():
+            raise self._link.wrong(topic, f"{numbers} is not finite")
         frame = "" if not topic.frame else wire.frame_id(message)
         if frame != topic.frame:
             raise self._link.wrong(topic, f"frame_id '{frame}', must be {topic.frame}")
-        return self.demand_of(axes, seen)
+        return self.demand_of(numbers, seen)
 
-    def demand_of(self, axes: list[float], seen: _core.Observation) -> Sequence[float] | np.ndarray:
+    def demand_of(self, numbers: list[float], seen: _core.Observation) -> Sequence[float] | np.ndarray:
         """Of what was answered."""
-        return axes
+        return numbers
 
     def given(self, frame: int, given: np.ndarray) -> None:
         if not self._begun or frame <= self._sent:  # before, some would hear it and others not
@@ -98,10 +99,16 @@ class WrenchController(_NodeController):
     name = "ros_wrench"
 
 
-class VoltsController(_NodeController):
-    """Answers with the volts of the published vehicle."""
+class ThrustsController(_NodeController):
+    """Answers with the thrust of each thruster."""
 
-    name, asks_for, _answer = "ros_volts", "volts", "volts"
+    name, asks_for, _answer = "ros_thrusts", "thrusts", "thrusts"
+
+
+class VoltsController(_NodeController):
+    """Answers with the voltage of each thruster."""
+
+    name, asks_for, _answer, _nothing = "ros_volts", "thruster_volts", "volts", 2.5
 
 
 class TwistController(_NodeController):
@@ -170,4 +177,5 @@ class ImageEstimator(Estimator):
         return place, turned
 
 
-CONTROLLERS = {"wrench": WrenchController, "twist": TwistController, "volts": VoltsController}
+CONTROLLERS = {"wrench": WrenchController, "twist": TwistController, "thrusts": ThrustsController,
+               "volts": VoltsController}

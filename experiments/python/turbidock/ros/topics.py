@@ -45,7 +45,7 @@ WANTED = Topic("marker/desired_axes", "trajectory_msgs/JointTrajectory", HEAD,
 DESIRED = Topic("marker/desired", "geometry_msgs/PoseStamped", HEAD,
                 "where the procedure wants the marker. Sent last, and while the controller is in charge: answer it")
 APPLIED = Topic("applied", "sensor_msgs/JointState", BASE,
-                "effort: what the vehicle could give of the frame's demand: surge, sway, heave, yaw; N, N m or V")
+                "effort: what the vehicle could give of the frame's demand: surge, sway, heave, yaw; N, N m")
 
 ESTIMATE = Topic("estimate", "geometry_msgs/PoseWithCovarianceStamped", f"{HEAD} or {LEFT}",
                  "of the marker; covariance[0] = -1: not seen", True)
@@ -54,18 +54,20 @@ VELOCITY = Topic("cmd_vel", "geometry_msgs/TwistStamped", BASE,
                  "linear x, y, z and angular z; m/s, rad/s, through the water: --answer twist", True)
 UNSTAMPED = Topic("cmd_vel_unstamped", "geometry_msgs/Twist", "",
                   "the same without a stamp: counted for the frame that is waited for", True)
+THRUSTS = Topic("thrusts", "sensor_msgs/JointState", BASE,
+                "effort of each thruster, by its name in the vehicle's model; N, as far as it has it: --answer thrusts", True)
 VOLTS = Topic("volts", "sensor_msgs/JointState", BASE,
-              "effort of surge, sway, heave, yaw, V, by name: --answer volts, for the published vehicle", True)
+              "the same; V, 0 to 5, neutral 2.5, as they are: --answer volts", True)
 
 TRUTH = (
     Topic("truth/marker", "geometry_msgs/PoseStamped", HEAD, "where the marker is now: by-hand --truth only, to look at"),
     Topic("truth/vehicle", "geometry_msgs/PoseStamped", WORLD, "where base_link is now: the same"))
 CONTROLLER = (APPLIED, POSE, SEEN, QUALITY, IMU, NAVIGATION, WANTED, DESIRED)
-ANSWERS = {"wrench": (WRENCH,), "twist": (VELOCITY, UNSTAMPED), "volts": (VOLTS,)}
+ANSWERS = {"wrench": (WRENCH,), "twist": (VELOCITY, UNSTAMPED), "thrusts": (THRUSTS,), "volts": (VOLTS,)}
 AXES = ("surge", "sway", "heave", "yaw")
 PLACE = ("x", "y", "z", "heading")
 
-ALL = (CLOCK, *IMAGES, *CONTROLLER, ESTIMATE, WRENCH, VELOCITY, UNSTAMPED, VOLTS, *TRUTH)
+ALL = (CLOCK, *IMAGES, *CONTROLLER, ESTIMATE, WRENCH, VELOCITY, UNSTAMPED, THRUSTS, VOLTS, *TRUTH)
 
 
 def as_markdown() -> str:

@@ -11,7 +11,7 @@ from typing import Any, Callable, Iterable, Sequence
 import numpy as np
 
 from ..frames import Rig
-from .topics import AXES, Topic
+from .topics import Topic
 
 rclpy: Any = importlib.import_module("rclpy")
 for _name in ("context", "executors", "node", "qos", "signals"):
@@ -197,6 +197,12 @@ class Wire:
                     found.append(f"{_name_of(info)} subscribes {name} as transient local, it must be volatile")
         return found
 
+    def elsewhere(self) -> list[str]:
+        """Topics of nodes that have our topics' names in a namespace, a sentence each."""
+        ours = [endpoint.topic_name for endpoint in (*self._publishers.values(), *self._subscriptions.values())]
+        return [f"{name} is another topic than {own}" for name, _ in self._node.get_topic_names_and_types()
+                for own in ours if name != own and name.endswith(own)]
+
     def names(self, topics: Iterable[Topic]) -> str:
         """As they are called after remapping."""
         return ", ".join({**self._publishers, **self._subscriptions}[topic].topic_name for topic in topics)
@@ -331,14 +337,15 @@ def pose_of(message: Any) -> tuple[list[float], list[float], bool]:
     return [p.x, p.y, p.z], [q.w, q.x, q.y, q.z], float(message.pose.covariance[0]) != -1.0
 
 
-def axes_of(message: Any) -> list[float]:
-    """Surge, sway, heave, yaw of a WrenchStamped, a TwistStamped, a Twist or a JointState. ValueError where a name of the
-    latter is missing."""
+def numbers_of(message: Any, thrusters: Sequence[str]) -> list[float]:
+    """Surge, sway, heave, yaw of a WrenchStamped, a TwistStamped or a Twist; the effort of each thruster of a JointState.
+    ValueError where it has others."""
     if hasattr(message, "effort"):
+        if sorted(message.name) != sorted(thrusters) or len(message.effort) != len(thrusters):
+            raise ValueError(f"has {len(message.effort)} efforts of {', '.join(message.name) or 'nothing'}; must be of each of "
+                             f"{', '.join(thrusters)}")
         efforts = dict(zip(message.name, message.effort))
-        if missing := ", ".join(axis for axis in AXES if axis not in efforts):
-            raise ValueError(f"has no effort of {missing}")
-        return [float(efforts[axis]) for axis in AXES]
+        return [float(efforts[thruster]) for thruster in thrusters]
     if hasattr(message, "wrench"):
         linear, angular = message.wrench.force, message.wrench.torque
     else:
