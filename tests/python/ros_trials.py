@@ -182,6 +182,7 @@ def test_a_trial_by_hand_is_stepped_changed_and_begun_again(tmp_path, nothing_is
     done = ros("by-hand", "pool_active", *SHORT, "--set", "true_pose.found_after_s=0", "--set", "camera_delay_frames=3", "--fast",
                "--paused", "--answer", "wrench", launch=launch, environment=nothing_is_left)
     words = said(done, 0)
+    assert len(re.findall(r"a trial begins; its services are of ROS_DOMAIN_ID [1-9]\d*\n", words)) == 2
     assert "water.milk_ml_m3=20" in words and "rig.width_px: cannot change while the trial runs" in words
     assert (tmp_path / "said").read_text().split() == ["paused", "stepped", "reset"], words
     assert "timeout" in done.stdout

@@ -3,13 +3,14 @@ ros_trials.py has those that take long."""
 
 import json
 import os
+import re
 import sys
 import time
 
 import numpy as np
 import pytest
 import rclpy
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, WrenchStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped, WrenchStamped
 
 import turbidock
 from ros_command import (EXAMPLES, HERE, P_VOLTAGE, PAPER, built_in, nothing_is_left, plan, processes, ros,  # noqa: F401: fixtures
@@ -44,6 +45,8 @@ def spoil(what, answer):
         answer.header.frame_id = "map"
     elif what == "nan":
         (answer.pose.pose.position if hasattr(answer, "pose") else answer.wrench.force).x = float("nan")
+    elif what == "huge":
+        answer.wrench.force.x = 1e7
     elif what == "length":
         answer.pose.pose.orientation.w = 0.0
     elif what == "unseen":
@@ -135,6 +138,7 @@ def play(monkeypatch):
     ("controller", "wall", "is of the wall clock: give the node use_sim_time"),
     ("controller", "frame", "/wrench from /odd: frame_id 'map', must be base_link$"),
     ("controller", "nan", "is not finite"),
+    ("controller", "huge", "/wrench from /odd: .* is not finite or beyond 1e.06$"),
     ("controller", "two", "2 publish it: /odd, /other; one must"),
     ("controller", "late", "2 publish it: /odd, /other; one must"),
     ("controller", "intruder", "/odd also publishes /marker/desired, which the trial does"),
@@ -253,6 +257,11 @@ def test_an_environments_domain_that_is_none_is_refused(monkeypatch, domain):
         command.main()
 
 
+def test_a_middleware_that_is_not_there_is_refused():
+    words = said(ros("run", "pool_active", "--answer", "wrench", environment={"RMW_IMPLEMENTATION": "rmw_none_cpp"}), 2)
+    assert re.fullmatch(r".*: RMW_IMPLEMENTATION=rmw_none_cpp: the rclpy of .*python.* cannot be loaded with it\n", words)
+
+
 def test_a_domain_in_use_is_refused(play):
     with exchange._claim(97), pytest.raises(turbidock.PluginError, match="ROS_DOMAIN_ID 97 is in use by another trial"):
         play("right", launch="sleep 9", domain=97)
@@ -291,7 +300,9 @@ def test_types_and_qos_that_do_not_match_are_named(monkeypatch):
             "/odd has /marker/pose as geometry_msgs/PoseStamped, it is geometry_msgs/PoseWithCovarianceStamped",
             "/odd publishes /wrench as best effort, it must be reliable",
             "/odd subscribes /marker/desired as transient local, it must be volatile"]
-        wait_until(lambda: link._wire.elsewhere() == ["/mine/wrench is another topic than /wrench"])
+        node.create_publisher(TwistStamped, "cmd_vel", volatile)
+        wait_until(lambda: link._wire.elsewhere() == ["/mine/wrench is another topic than /wrench",
+                                                      "/cmd_vel is there, for --answer twist"])
         assert link._wire.intruders() == [(topics.DESIRED, "/odd")]
         assert exchange._is_used(92) and not exchange._is_used(93)
         with pytest.raises(turbidock.PluginError, match="ROS_DOMAIN_ID 92 is in use by other nodes"):

@@ -120,7 +120,7 @@ class Link:
         self._stack = stack
         self._wire: wire.Wire | None = None
         self._claim: socket.socket | None = None
-        self._domain = 0
+        self.domain = 0  # of the trial under way
         self._environment: dict[str, str] = {}  # of the nodes
         self._nodes: Nodes | None = None
         self._inside: dict[str, int] = {}  # plug-ins by what they are
@@ -189,19 +189,19 @@ class Link:
         if given is None and not launch:
             given = domain_of_environment()
         if not self._claim:
-            self._domain, self._claim = _free_domain() if given is None else _given_domain(given, bool(launch))
+            self.domain, self._claim = _free_domain() if given is None else _given_domain(given, bool(launch))
         own = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
         if launch:
             own = {"RMW_IMPLEMENTATION": "rmw_fastrtps_cpp", "RMW_FASTRTPS_USE_QOS_FROM_XML": "1",
                    "OVERRIDE_LAUNCH_PROCESS_OUTPUT": "screen",  # of ros2 launch, which else keeps it in a file of its own
                    "FASTRTPS_DEFAULT_PROFILES_FILE": str(pathlib.Path(__file__).with_name("fastdds.xml"))}
         before = dict(os.environ)
-        self._environment = {**own, **before, "ROS_DOMAIN_ID": str(self._domain)}
+        self._environment = {**own, **before, "ROS_DOMAIN_ID": str(self.domain)}
         if launch:
             self._environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "SYSTEM_DEFAULT"  # as the profile says
         try:
             os.environ.update(self._environment)
-            self._wire = wire.Wire(self._domain, self._stack.ros_arguments)
+            self._wire = wire.Wire(self.domain, self._stack.ros_arguments)
         finally:
             os.environ.clear()
             os.environ.update(before)

@@ -16,6 +16,7 @@ from .topics import (ANSWERS, APPLIED, AXES, CONTROLLER, DESIRED, ESTIMATE, HEAD
 
 _NOT_SEEN = -0.2  # F of a marker that is not there, as in true_pose
 _SEEN = 0.9
+_MOST = 1e6  # what the core takes
 
 
 def _code(cls: type) -> str:
@@ -72,8 +73,8 @@ class _NodeController(Controller):
             numbers = wire.numbers_of(message, self._parts)
         except ValueError as error:
             raise self._link.wrong(topic, str(error)) from None
-        if not np.isfinite(numbers).all():
-            raise self._link.wrong(topic, f"{numbers} is not finite")
+        if not (np.abs(numbers) <= _MOST).all():
+            raise self._link.wrong(topic, f"{numbers} is not finite or beyond {_MOST:g}")
         frame = "" if not topic.frame else wire.frame_id(message)
         if frame != topic.frame:
             raise self._link.wrong(topic, f"frame_id '{frame}', must be {topic.frame}")

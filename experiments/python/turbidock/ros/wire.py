@@ -5,14 +5,26 @@ from __future__ import annotations
 import array
 import importlib
 import math
+import os
+import subprocess
+import sys
 import time
 from typing import Any, Callable, Iterable, Sequence
 
 import numpy as np
 
 from ..frames import Rig
-from .topics import Topic
+from .topics import ANSWERS, Topic
 
+
+def _check_middleware() -> None:
+    """ValueError for an RMW_IMPLEMENTATION that is not there: rcl would end the process as it is loaded."""
+    name = os.environ.get("RMW_IMPLEMENTATION")
+    if name and subprocess.run([sys.executable, "-c", "import rclpy"], capture_output=True, check=False).returncode:
+        raise ValueError(f"RMW_IMPLEMENTATION={name}: the rclpy of {sys.executable} cannot be loaded with it")
+
+
+_check_middleware()
 rclpy: Any = importlib.import_module("rclpy")
 for _name in ("context", "executors", "node", "qos", "signals"):
     importlib.import_module(f"rclpy.{_name}")
@@ -198,10 +210,12 @@ class Wire:
         return found
 
     def elsewhere(self) -> list[str]:
-        """Topics of nodes that have our topics' names in a namespace, a sentence each."""
+        """Topics of nodes that have our topics' names in a namespace or are another answer, a sentence each."""
         ours = [endpoint.topic_name for endpoint in (*self._publishers.values(), *self._subscriptions.values())]
-        return [f"{name} is another topic than {own}" for name, _ in self._node.get_topic_names_and_types()
-                for own in ours if name != own and name.endswith(own)]
+        found = [f"{name} is another topic than {own}" for name, _ in self._node.get_topic_names_and_types()
+                 for own in ours if name != own and name.endswith(own)]
+        return found + [f"/{topic.name} is there, for --answer {answer}" for answer, topics in ANSWERS.items() for topic in topics
+                        if topic not in self._subscriptions and self._node.count_publishers(topic.name)]
 
     def names(self, topics: Iterable[Topic]) -> str:
         """As they are called after remapping."""
