@@ -88,12 +88,14 @@ tarball: build  ## the program with its libraries, to out/tarball/
 	@$(call install,patchelf)
 	bash cmake/tarball.sh build out/tarball
 
-# The Python package with the program and all libraries but the C library's, to out/wheel/, for this Python.
+# The Python package with the program and all libraries but the C library's, to out/wheel/. PYTHONS="python3.10 python3.12"
+# makes one for both.
+PYTHONS = python3
 wheel:  ## a wheel that needs no compiler, to out/wheel/
 	@$(call install,$(PYTHON_PACKAGES) python3-venv patchelf)
-	cmake --preset release -DTURBIDOCK_PYTHON=ON $(CMAKE_ARGS) >/dev/null
-	cmake --build --preset release -j $(JOBS) --target turbidock turbidock_python
-	bash cmake/wheel.sh build out/wheel
+	cmake --preset release $(CMAKE_ARGS) >/dev/null
+	cmake --build --preset release -j $(JOBS) --target turbidock
+	CMAKE_BUILD_PARALLEL_LEVEL=$(JOBS) bash cmake/wheel.sh build out/wheel $(PYTHONS)
 
 container: package  ## an image for podman or docker
 	podman build -f Containerfile -t turbidock out/deb

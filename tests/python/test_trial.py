@@ -3,7 +3,11 @@
 import csv
 import multiprocessing
 import os
+import pathlib
 import pickle
+import shutil
+import subprocess
+import sys
 import threading
 import traceback
 
@@ -197,6 +201,14 @@ def test_forces_steer_every_vehicle_and_volts_the_published_one():
 
     with pytest.raises(turbidock.ConfigError, match="watts, must be forces, volts, thrusts or thruster_volts"):
         turbidock.run("pool_active", controller=Odd)
+
+
+def test_another_python_is_told_so(tmp_path):
+    (tmp_path / "turbidock").mkdir()
+    for file in pathlib.Path(turbidock.__file__).parent.glob("*.py"):
+        shutil.copy(file, tmp_path / "turbidock")
+    done = subprocess.run([sys.executable, "-S", "-c", "import turbidock"], cwd=tmp_path, capture_output=True, text=True)
+    assert f"{tmp_path}/turbidock is not built for Python {sys.version.split()[0]}: " in done.stderr
 
 
 def test_scenarios_have_the_keys_and_errors_of_yaml():

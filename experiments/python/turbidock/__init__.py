@@ -8,7 +8,12 @@
 See README.md of experiments/python for the first ten minutes.
 """
 
-from ._core import ConfigError, NoAnswer, PluginError, SimulatorFault
+import sys as _sys
+
+try:
+    from ._core import ConfigError, NoAnswer, PluginError, SimulatorFault
+except ModuleNotFoundError as _error:
+    raise ImportError(f"{__path__[0]} is not built for Python {_sys.version.split()[0]}: {_error}") from _error
 from ._core import Frame, Observation, Reference
 from .plug_in import Controller, Estimator, Key
 from .frames import Rig
