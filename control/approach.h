@@ -60,19 +60,22 @@ struct ApproachParams {
 
   static void Fields(auto& self, auto&& field) {
     field("mode", self.mode, Range{},
-          "none: it waits and turns where it is; navigation: to the dock's axis, along it, and "
-          "about it in search of the marker; pilot: somebody brings it nearer along the axis");
+          "way to where the marker is found. none: the vehicle waits and turns where it is; "
+          "navigation: to the dock's axis, along it, and about it in search of the marker; pilot: "
+          "a simulated pilot brings it nearer along the axis");
     field("staging_x_m", self.staging_x_m, InRange(0.1, 50),
-          "navigation: where the way along the axis begins");
-    field("nearest_x_m", self.nearest_x_m, InRange(0.05, 50), "where it ends");
-    field("advance_mps", self.advance_mps, InRange(0.001, 1), "its speed");
+          "navigation: x at which the way along the axis begins");
+    field("nearest_x_m", self.nearest_x_m, InRange(0.05, 50),
+          "navigation: x at which the way along the axis ends");
+    field("advance_mps", self.advance_mps, InRange(0.001, 1), "navigation: speed along the axis");
     field("arrived_m", self.arrived_m, InRange(0.001, 10),
           "distance from the end of a leg within which the next begins");
     field("leg_time_s", self.leg_time_s, InRange(1, 3600),
           "time at the end of a leg after which the next begins anyway");
     field("sweep_rad", self.sweep_rad, InRange(0, 3.1),
           "search: largest turn to either side at the end of the axis");
-    field("sweep_period_s", self.sweep_period_s, InRange(1, 3600), "search: of that turn");
+    field("sweep_period_s", self.sweep_period_s, InRange(1, 3600),
+          "search: period of the turn to either side at the end of the axis");
     field("box_step_m", self.box_step_m, InRange(0.01, 10),
           "search: half width of the first box about the axis, and by how much the next are wider");
     field("box_steps", self.box_steps, InRange(0, 100),
@@ -82,10 +85,11 @@ struct ApproachParams {
     field("closer_m", self.closer_m, InRange(0, 10),
           "search: by how much nearer the way along the axis ends each time");
     field("hand_interval_s", self.hand_interval_s, InRange(0, 10),
-          "pilot: time for which the sticks stay as they are");
-    field("hand_delay_s", self.hand_delay_s, InRange(0, 10), "pilot: from seeing to moving them");
+          "simulated pilot: time for which the sticks stay as they are");
+    field("hand_delay_s", self.hand_delay_s, InRange(0, 10),
+          "simulated pilot: time from seeing to moving the sticks");
     field("hand_step_share", self.hand_step_share, InRange(0.001, 1),
-          "pilot: the smallest movement, as share of the vehicle's most force");
+          "simulated pilot: smallest movement of a stick, as share of the vehicle's most force");
     field("navigator", self.navigator, Finite(), "from readings to a pose");
     field("pid", self.controller, Finite(), "what steers by navigation; gains of accelerations");
   }

@@ -107,11 +107,12 @@ struct ProcedureParams {
     field("stuck_s", self.stuck_s, InRange(0, 600),
           "docking: time without progress, farther than stuck_x_m from where it wants to be, after "
           "which it backs off to try again; 0: never");
-    field("stuck_x_m", self.stuck_x_m, Above(0), "docking: see stuck_s");
+    field("stuck_x_m", self.stuck_x_m, Above(0),
+          "docking: distance from the desired x beyond which the vehicle may count as stuck");
     field("attempts", self.attempts, InRange(0, 1000),
-          "how often docking may begin until it succeeds, before it is given up; 0: any number");
+          "docking: attempts until it is given up; 0: any number");
     field("cycles", self.cycles, InRange(1, 10000),
-          "how often it docks; before each but the first it undocks");
+          "number of dockings in a trial; before each but the first the vehicle undocks");
     field("stay_s", self.stay_s, InRange(0, 86400),
           "docked: time until it undocks for the next cycle");
     field("lost_fitness", self.lost_fitness, InRange(-1, 1),
@@ -127,7 +128,7 @@ struct ProcedureParams {
           "docking: time without a usable estimate for which it goes on by the controller's own "
           "prediction of where the marker is; 0: it drifts at once");
     field("blind_rate_mps", self.blind_rate_mps, InRange(0.001, 1),
-          "docking: speed at which the desired x is lowered meanwhile");
+          "docking: speed at which the desired x is lowered without a usable estimate");
   }
 
   // What must hold between them: servo x beyond docking x, limits of entry within the allowances,

@@ -20,8 +20,10 @@ struct LevellingParams {
   static void Fields(auto& self, auto&& field) {
     field("enabled", self.enabled, Finite(),
           "level a vehicle whose thrusters roll and pitch it; others level by their weight alone");
-    field("kp_per_s2", self.kp_per_s2, InRange(0, 100), "acceleration per angle");
-    field("kd_per_s", self.kd_per_s, InRange(0, 100), "acceleration per rate");
+    field("kp_per_s2", self.kp_per_s2, InRange(0, 100),
+          "angular acceleration per radian of roll or pitch");
+    field("kd_per_s", self.kd_per_s, InRange(0, 100),
+          "angular acceleration per rad/s of roll or pitch rate");
   }
 };
 

@@ -39,7 +39,8 @@ struct LqgParams {
       field("drift_mps", self.drift_mps, InRange(0, 10),
             "model: speed through the water about which drag is linearised");
       field("error_m", self.error_m, Above(0), "cost: error that weighs as much as effort_share");
-      field("speed_mps", self.speed_mps, Above(0), "cost: speed that weighs as much");
+      field("speed_mps", self.speed_mps, Above(0),
+            "cost: speed that weighs as much as effort_share");
       field("effort_share", self.effort_share, InRange(1e-4, 100),
             "cost: deviation from the force that holds against current and waves, as share of the "
             "vehicle's most force");
@@ -69,7 +70,8 @@ struct LqgParams {
             "model: rate about which drag is linearised");
       field("error_rad", self.error_rad, Above(0),
             "cost: error that weighs as much as effort_share");
-      field("speed_rad_s", self.speed_rad_s, Above(0), "cost: rate that weighs as much");
+      field("speed_rad_s", self.speed_rad_s, Above(0),
+            "cost: rate that weighs as much as effort_share");
       field("effort_share", self.effort_share, InRange(1e-4, 100),
             "cost: deviation from the moment that holds against current and waves, as share of the "
             "vehicle's most moment");
@@ -106,13 +108,13 @@ struct LqgParams {
           "model: frames from an image to the command made of it");
     field("current_time_s", self.current_time_s, InRange(0.1, 1e4),
           "filter: time in which the current's correlation falls to 1/e");
-    field("wave_period_s", self.wave_period_s, InRange(0.2, 60), "filter: of the waves");
+    field("wave_period_s", self.wave_period_s, InRange(0.2, 60), "filter: period of the waves");
     field("wave_damping", self.wave_damping, InRange(0.001, 2),
           "filter: ratio that says how broad the waves' spectrum is");
     field("gate_sigma", self.gate_sigma, Above(0),
           "estimates off the prediction by more than this many standard deviations are not used");
     field("restart_frames", self.restart_frames, InRange(1, 10000),
-          "as many frames in a row without a usable estimate start the filter anew");
+          "frames in a row without a usable estimate after which the filter starts anew");
     field("setpoint", self.setpoint, Finite(), "how the desired pose moves");
     field("allocation", self.allocation, Finite(), "from axes to thrusters");
   }

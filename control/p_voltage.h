@@ -18,7 +18,8 @@ struct PVoltageParams {
 
     static void Fields(auto& self, auto&& field) {
       field("kp_v_per_m", self.kp_v_per_m, InRange(0, 1000), "voltage per metre of error");
-      field("limit_v", self.limit_v, InRange(0, 2.5), "largest deviation from neutral");
+      field("limit_v", self.limit_v, InRange(0, 2.5),
+            "largest deviation of the voltage from neutral");
     }
   };
   // The error of the heading is that of eps3, half the angle in rad when small.
@@ -28,7 +29,8 @@ struct PVoltageParams {
 
     static void Fields(auto& self, auto&& field) {
       field("kp_v", self.kp_v, InRange(0, 1000), "voltage per unit of eps3");
-      field("limit_v", self.limit_v, InRange(0, 2.5), "largest deviation from neutral");
+      field("limit_v", self.limit_v, InRange(0, 2.5),
+            "largest deviation of the voltage from neutral");
     }
   };
 

@@ -22,7 +22,8 @@ struct PoseFilterParams {
   int restart_frames = 6;
 
   static void Fields(auto& self, auto&& field) {
-    field("enabled", self.enabled, Finite(), "whether there is one");
+    field("enabled", self.enabled, Finite(),
+          "whether a filter estimates pose and rate between estimator and controller");
     field("noise", self.noise, Above(0),
           "standard deviation of the estimate, of x, y, z [m] and yaw [rad]; the estimate's own "
           "where "
@@ -35,7 +36,8 @@ struct PoseFilterParams {
     field("gate_sigma", self.gate_sigma, Above(0),
           "estimates off the prediction by more than this many standard deviations are not used");
     field("restart_frames", self.restart_frames, InRange(1, 1000),
-          "as many such frames in a row, or frames without an estimate, start the filter anew");
+          "frames in a row without an estimate, or with one that gate_sigma refuses, after which "
+          "the filter starts anew");
   }
 };
 

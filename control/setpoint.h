@@ -19,9 +19,10 @@ struct SetpointParams {
 
   static void Fields(auto& self, auto&& field) {
     field("enabled", self.enabled, Finite(), "lead the desired pose from the present one");
-    field("speed", self.speed, Above(0), "largest, of x, y, z [m/s] and yaw [rad/s]");
+    field("speed", self.speed, Above(0),
+          "largest speed of the desired pose, of x, y, z [m/s] and yaw [rad/s]");
     field("acceleration", self.acceleration, Above(0),
-          "largest, of x, y, z [m/s^2] and yaw [rad/s^2]");
+          "largest acceleration of the desired pose, of x, y, z [m/s^2] and yaw [rad/s^2]");
   }
 };
 

@@ -38,10 +38,10 @@ struct TagParams {
   double size_m = 0.066;
 
   static void Fields(auto& self, auto&& field) {
-    field("id", self.id, InRange(0, 100000), "its number in the family");
-    field("p_MT_m", self.p_MT_m, InRange(-5, 5), "its middle in the marker frame M");
-    field("q_MT_wxyz", self.q_MT_wxyz, InRange(-1, 1), "how it is turned in M; a unit quaternion");
-    field("size_m", self.size_m, InRange(0.001, 5), "edge of its black square");
+    field("id", self.id, InRange(0, 100000), "number of a tag in its family");
+    field("p_MT_m", self.p_MT_m, InRange(-5, 5), "middle of a tag in the marker frame M");
+    field("q_MT_wxyz", self.q_MT_wxyz, InRange(-1, 1), "attitude of a tag in M, a unit quaternion");
+    field("size_m", self.size_m, InRange(0.001, 5), "edge of a tag's black square");
   }
   // ConfigError for a quaternion that is none.
   void Check(const std::string& path) const;
@@ -61,7 +61,7 @@ struct FiducialParams {
           "the tags' family, of AprilTag or of OpenCV's ArUco dictionaries");
     field("tags", self.tags, Range{}, "the marker's tags");
     field("tags_from_scene", self.tags_from_scene, Range{},
-          "whether they are those of the scene (sites tag_*); giving tags says no");
+          "whether the tags are those of the scene (sites tag_*); giving tags says no");
     field("blur_px", self.blur_px, InRange(0, 5),
           "standard deviation of the blur before tags are looked for; steadies noisy images");
     field("max_error_px", self.max_error_px, InRange(0.05, 50),

@@ -29,11 +29,12 @@ struct BallParams {
   std::array<double, 3> display_rgb = {1, 1, 1};  // for pictures only
 
   static void Fields(auto& self, auto&& field) {
-    field("name", self.name, Range{}, "what people call the ball");
+    field("name", self.name, Range{}, "name of a ball of the marker");
     field("p_MQ_m", self.p_MQ_m, InRange(-1, 1), "centre in the marker frame M");
-    field("radius_m", self.radius_m, InRange(0.001, 1), "radius");
-    field("hue_rad", self.hue_rad, InRange(0, 2 * std::numbers::pi), "hue of its colour (HSV)");
-    field("display_rgb", self.display_rgb, InRange(0, 1), "colour it is drawn in");
+    field("radius_m", self.radius_m, InRange(0.001, 1), "radius of a ball of the marker");
+    field("hue_rad", self.hue_rad, InRange(0, 2 * std::numbers::pi),
+          "hue of the ball's colour (HSV)");
+    field("display_rgb", self.display_rgb, InRange(0, 1), "colour that the ball is drawn in");
   }
 };
 

@@ -59,10 +59,10 @@ struct RmGaOptions {
 
   static void Fields(auto& self, auto&& field) {
     field("preset", self.preset, Range{},
-          "sets all other keys: default, or published (nothing of our own)");
-    field("population", self.population, InRange(4, 10000), "individuals");
+          "sets all other keys of the estimator: default, or published (nothing of our own)");
+    field("population", self.population, InRange(4, 10000), "individuals of the genetic search");
     field("generations_per_frame", self.generations_per_frame, InRange(1, 1000),
-          "times a frame that the worst are replaced");
+          "generations a frame: times that the worst individuals are replaced");
     field("selection_rate", self.selection_rate, InRange(0.05, 0.95),
           "share of the population that is kept and bred from");
     field("mutation_rate", self.mutation_rate, InRange(0, 1),

@@ -68,8 +68,8 @@ struct PlanSettings {
 
   static void Fields(auto& self, auto&& field) {
     field("schema_version", self.schema_version, InRange(kPlanSchema, kPlanSchema),
-          "version of these keys");
-    field("description", self.description, Finite(), "one line for people");
+          "version of the keys of the file");
+    field("description", self.description, Finite(), "description in one line, for people");
     field("scenario", self.scenario, Finite(),
           "what the trials vary: a bundled one or a file; `grid` or `cases` may name others");
     field("master_seed", self.master_seed, AtLeast(0), "root of every trial's seed and draws");

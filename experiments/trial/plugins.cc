@@ -209,8 +209,8 @@ void Plugins::AddTo(config::GroupRef* scenario) {
         scenario->fields.push_back(
             {plugin.group, Finite(), plugin.doc, plugin.keys(&plugin.params)});
   };
-  add("pose_estimator", "what finds the marker in the images", &estimators_);
-  add("controller", "the controller", &controllers_);
+  add("pose_estimator", "estimator that finds the marker in the images", &estimators_);
+  add("controller", "controller that steers by the estimate", &controllers_);
 }
 
 void Plugins::Check() const {

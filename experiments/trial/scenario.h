@@ -53,20 +53,27 @@ struct StartParams {
   std::vector<double> position_m{}, quaternion_wxyz{}, velocity_mps{}, turn_rate_rad_s{};
 
   static void Fields(auto& self, auto&& field) {
-    field("distance_min_m", self.distance_min_m, InRange(0.2, 10), "nearest start");
-    field("distance_max_m", self.distance_max_m, InRange(0.2, 10), "farthest start");
-    field("lateral_m", self.lateral_m, InRange(0, 5), "largest offset to either side");
-    field("vertical_m", self.vertical_m, InRange(0, 5), "largest offset up or down");
-    field("heading_rad", self.heading_rad, InRange(0, 3.2), "largest heading error to either side");
-    field("roll_rad", self.roll_rad, InRange(0, 1.5), "largest roll to either side");
-    field("pitch_rad", self.pitch_rad, InRange(0, 1.5), "largest pitch to either side");
+    field("distance_min_m", self.distance_min_m, InRange(0.2, 10),
+          "least distance from the marker at the start");
+    field("distance_max_m", self.distance_max_m, InRange(0.2, 10),
+          "largest distance from the marker at the start");
+    field("lateral_m", self.lateral_m, InRange(0, 5), "largest offset of the start to either side");
+    field("vertical_m", self.vertical_m, InRange(0, 5), "largest offset of the start up or down");
+    field("heading_rad", self.heading_rad, InRange(0, 3.2),
+          "largest heading error at the start, to either side");
+    field("roll_rad", self.roll_rad, InRange(0, 1.5), "largest roll at the start, to either side");
+    field("pitch_rad", self.pitch_rad, InRange(0, 1.5),
+          "largest pitch at the start, to either side");
     field("position_m", self.position_m, InRange(-1000, 1000),
-          "x, y, z of the vehicle's origin in W; with it nothing of the above is drawn");
+          "x, y, z of the vehicle's origin in W at the start; given, no start is drawn");
     field("quaternion_wxyz", self.quaternion_wxyz, InRange(-1, 1),
-          "its attitude there, w, x, y, z; level and ahead if not given");
+          "attitude at a given start position, w, x, y, z; level and ahead unless given");
     field("velocity_mps", self.velocity_mps, InRange(-10, 10),
-          "along its own axes, ahead, left, up; at rest if not given");
-    field("turn_rate_rad_s", self.turn_rate_rad_s, InRange(-10, 10), "about the same axes");
+          "velocity at a given start position, along the vehicle's axes: ahead, left, up; 0 unless "
+          "given");
+    field("turn_rate_rad_s", self.turn_rate_rad_s, InRange(-10, 10),
+          "turn rate at a given start position, about the vehicle's axes: ahead, left, up; 0 "
+          "unless given");
   }
   void Check(const std::string& path) const;
 
@@ -106,16 +113,18 @@ struct TruePoseParams {
 
   static void Fields(auto& self, auto&& field) {
     field("noise", self.noise, InRange(0, 1),
-          "standard deviation of the estimate, of x, y, z [m] and yaw [rad], at 0.6 m; that of x "
-          "grows with the square of the distance, the others' in proportion");
+          "true pose: standard deviation of x, y, z [m] and yaw [rad] at 0.6 m; that of x grows "
+          "with the square of the distance, the others' in proportion");
     field("correlation_s", self.correlation_s, InRange(0, 10),
           "time in which the noise's correlation falls to 1/e; 0: independent in every frame");
-    field("fitness", self.fitness, InRange(-1, 1), "of a ball in an image; -0.2 out of it");
+    field("fitness", self.fitness, InRange(-1, 1),
+          "true pose: fitness reported of a ball in an image; out of it -0.2");
     field("found_after_s", self.found_after_s, InRange(0, 60),
-          "time that the search takes once the marker is in sight");
+          "true pose: time that the search takes once the marker is in sight");
     field("nearest_m", self.nearest_m, InRange(0, 10),
-          "x of the marker nearer than which it is out of sight");
-    field("farthest_m", self.farthest_m, InRange(0, 100), "and farther than which");
+          "true pose: least x at which the marker is in sight");
+    field("farthest_m", self.farthest_m, InRange(0, 100),
+          "true pose: largest x at which the marker is in sight");
   }
 };
 
@@ -127,9 +136,11 @@ struct JamParams {
   double progress_m = 0.003;
 
   static void Fields(auto& self, auto&& field) {
-    field("force_newton", self.force_newton, Above(0), "the pole is held by more than this");
-    field("time_s", self.time_s, Above(0), "for at least this long");
-    field("progress_m", self.progress_m, Above(0), "while its depth changes by less than this");
+    field("force_newton", self.force_newton, Above(0),
+          "jam: the pole is held by more than this force");
+    field("time_s", self.time_s, Above(0), "jam: the pole is held for at least this time");
+    field("progress_m", self.progress_m, Above(0),
+          "jam: the pole's depth changes by less than this while it is held");
   }
 };
 
@@ -140,8 +151,8 @@ struct ModelFile {
   std::string content;  // a digest
 
   static void Fields(auto& self, auto&& field) {
-    field("file", self.file, Finite(), "a bundled one's name, or a path");
-    field("content", self.content, Finite(), "a digest of what is in it");
+    field("file", self.file, Finite(), "name of a bundled model file, or a path");
+    field("content", self.content, Finite(), "digest of the file's content");
   }
 };
 
@@ -192,20 +203,22 @@ struct Scenario {
 
   static void Fields(auto& self, auto&& field) {
     field("schema_version", self.schema_version, InRange(kScenarioSchema, kScenarioSchema),
-          "version of these keys");
-    field("description", self.description, Finite(), "one line for people");
-    field("seed", self.seed, AtLeast(0), "root of all randomness");
+          "version of the keys of the file");
+    field("description", self.description, Finite(), "description in one line, for people");
+    field("seed", self.seed, AtLeast(0),
+          "seed from which all random streams of the trial are drawn");
     field("duration_s", self.duration_s, InRange(0.001, 86400),
           "simulated time after which the trial ends");
     field("model", self.model, Finite(),
           "MJCF file of the scene: a bundled one, or a path from the scenario's folder");
     field("vehicle_model", self.vehicle_model, Finite(),
           "MJCF file to be taken for the scene's vehicle.xml, its data (NAME.yaml) beside it: a "
-          "bundled one, or a path as above");
+          "bundled one, or a path from the scenario's folder");
     field("station_model", self.station_model, Finite(),
-          "MJCF file to be taken for the scene's station.xml: a bundled one, or a path as above");
+          "MJCF file to be taken for the scene's station.xml: a bundled one, or a path from the "
+          "scenario's folder");
     field("model_files", self.model_files, Finite(),
-          "of a resolved scenario: the files that it was made from");
+          "files that a resolved scenario was made from");
     field("camera_period_frames", self.camera_period_frames, InRange(1, 240),
           "frames from one exposure to the next; the command holds in between");
     field("camera_drop_probability", self.camera_drop_probability, InRange(0, 0.99),
@@ -213,14 +226,15 @@ struct Scenario {
     field("camera_delay_frames", self.camera_delay_frames, InRange(0, 30),
           "frames from exposure until the estimator has the image");
     field("region_of_interest", self.region_of_interest, Finite(),
-          "whether only the pixels are made that the estimator can read; the result is the same");
+          "whether only the pixels are made that the estimator can read, which does not change the "
+          "result");
     field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
           "time the vehicle holds the last pose once docked, before the trial ends");
     field("optics", self.optics, Range{},
           "sets the keys of water, light, camera and hue: to the published rig's, or to those of a "
           "digital camera of today");
     field("renderer", self.renderer, Range{},
-          "what draws; where this machine does not have it, the other does");
+          "library that draws the images; where this machine lacks it, the other is used");
     field("marker_may_differ", self.marker_may_differ, Range{},
           "run although the marker as the estimator knows it is not the scene's");
     field("clock", self.clock, Finite(), "frames and physics steps");
@@ -240,9 +254,9 @@ struct Scenario {
           "sets marker.balls and marker.box_m: to the scene's where that is no bundled one, or to "
           "those of the bundled ones; giving either says no");
     field("hue", self.hue, Finite(), "which pixels agree with a ball");
-    field(
-        "pose_source", self.pose_source, Finite(),
-        "what the autopilot sees: the cameras through the estimator, or the true pose with noise");
+    field("pose_source", self.pose_source, Finite(),
+          "source of the autopilot's pose: the cameras through the estimator, or the true pose "
+          "with noise");
     field("true_pose", self.true_pose, Finite(), "the noise on the true pose");
     field("procedure", self.procedure, Finite(), "the steps of docking");
     field("approach", self.approach, Finite(), "how it gets to where the marker is found");

@@ -47,11 +47,12 @@ struct RigParams {
   double baseline_m = 0.12;
 
   static void Fields(auto& self, auto&& field) {
-    field("width_px", self.width_px, InRange(16, 8192), "image width");
-    field("height_px", self.height_px, InRange(16, 8192), "image height");
+    field("width_px", self.width_px, InRange(16, 8192), "width of the images");
+    field("height_px", self.height_px, InRange(16, 8192), "height of the images");
     field("horizontal_fov_rad", self.horizontal_fov_rad, InRange(0.1, 2.6),
           "horizontal field of view in water");
-    field("baseline_m", self.baseline_m, InRange(0.01, 1), "distance between the optical centres");
+    field("baseline_m", self.baseline_m, InRange(0.01, 1),
+          "distance between the cameras' optical centres");
   }
 
   StereoRig MakeRig() const;

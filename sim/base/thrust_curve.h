@@ -23,13 +23,15 @@ struct ThrustCurve {
   static void Fields(auto& self, auto&& field) {
     field("max_thrust_newton", self.max_thrust_newton, InRange(0, 1e4),
           "thrust at full forward voltage, in still water");
-    field("reverse_ratio", self.reverse_ratio, InRange(0, 1), "full reverse over full forward");
+    field("reverse_ratio", self.reverse_ratio, InRange(0, 1),
+          "thrust at full reverse over that at full forward");
     field("dead_band_volts", self.dead_band_volts, InRange(0, 2.4),
           "no thrust within this distance of the neutral voltage");
     field("curve_exponent", self.curve_exponent, InRange(0.5, 4),
           "thrust grows as this power of the voltage beyond the dead band");
     field("table_volts", self.table_volts, InRange(0, kMaxVolts),
-          "measured curve, increasing voltages; replaces the four values above when given");
+          "increasing voltages of a measured thrust curve, which replaces max_thrust_newton, "
+          "reverse_ratio, dead_band_volts and curve_exponent");
     field("table_thrust_newton", self.table_thrust_newton, Finite(),
           "thrust at each voltage of the table");
   }

@@ -30,9 +30,12 @@ struct ImageFault : FaultSpan {
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
     field("kind", self.kind, Finite(),
-          "the last image again and again, black, left and right exchanged, or older ones");
-    field("camera", self.camera, Finite(), "whose images; swapped are always both");
-    field("late_images", self.late_images, InRange(1, 100), "how many images late, where late");
+          "frozen: the last image again and again; black; swapped: left and right exchanged; late: "
+          "older images");
+    field("camera", self.camera, Finite(),
+          "camera whose images are at fault; swapped are always both");
+    field("late_images", self.late_images, InRange(1, 100),
+          "number of images by which late ones are late");
   }
 };
 

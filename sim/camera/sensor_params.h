@@ -53,7 +53,7 @@ struct SensorParams {
     field("full_scale_radiance_w_m2_sr", self.full_scale_radiance_w_m2_sr, Above(0),
           "radiance that fills the well, and gives 255 DN at gain 1");
     field("full_well_electrons", self.full_well_electrons, InRange(50, 1e7),
-          "electrons at full scale");
+          "electrons of a pixel at full scale");
     field("read_noise_electrons", self.read_noise_electrons, InRange(0, 10000),
           "standard deviation of the noise before the gain, however dark");
     field("shot_noise", self.shot_noise, Finite(), "whether light itself is noisy");
@@ -64,10 +64,11 @@ struct SensorParams {
           "gain");
     field("auto_time_s", self.auto_time_s, InRange(0, 60),
           "time constant of automatic gain and white balance");
-    field("white_balance", self.white_balance, InRange(0.1, 10), "factor on each channel");
+    field("white_balance", self.white_balance, InRange(0.1, 10),
+          "factor of the white balance on each channel");
     field("auto_white_balance_limit", self.auto_white_balance_limit, InRange(1, 10),
-          "how far automatic white balance may raise or lower red and blue, to make the images' "
-          "mean grey; 1: fixed");
+          "largest factor by which automatic white balance raises or lowers red and blue to make "
+          "the images' mean grey; 1: fixed");
     field("white_clip", self.white_clip, InRange(1, 4),
           "share of full scale at which the amplifier clips, before colours are blurred");
     field("transfer", self.transfer, Finite(), "curve from linear to encoded values");

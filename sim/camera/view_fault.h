@@ -17,7 +17,7 @@ struct BlurFault : FaultSpan {
 
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
-    field("camera", self.camera, Finite(), "which one is out of focus");
+    field("camera", self.camera, Finite(), "camera that is out of focus");
     field("sigma_px", self.sigma_px, InRange(0.1, 50), "width (sigma) of the blur, Gaussian");
   }
 };
@@ -30,11 +30,13 @@ struct DirtFault : FaultSpan {
 
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
-    field("camera", self.camera, Finite(), "whose port is dirty");
+    field("camera", self.camera, Finite(), "camera whose port is dirty");
     field("center", self.center, InRange(0, 1),
-          "of the patch, from the image's left and top, in shares of its width and height");
-    field("radius", self.radius, InRange(0.01, 2),
-          "of the patch, in shares of the image's width; from half of it on it fades");
+          "centre of the patch of dirt, from the image's left and top, in shares of its width and "
+          "height");
+    field(
+        "radius", self.radius, InRange(0.01, 2),
+        "radius of the patch of dirt, in shares of the image's width; from half of it on it fades");
     field("transmission", self.transmission, InRange(0, 1), "share of light that the dirt lets by");
   }
 };
@@ -45,9 +47,10 @@ struct CameraMisalignment : FaultSpan {
 
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
-    field("camera", self.camera, Finite(), "which one no longer looks straight ahead");
+    field("camera", self.camera, Finite(), "camera that no longer looks straight ahead");
     field("yaw_pitch_roll_rad", self.yaw_pitch_roll_rad, InRange(-1, 1),
-          "how it was turned in the head, about its optical centre: left, down, clockwise");
+          "angles by which the camera is turned in the head, about its optical centre: left, down, "
+          "clockwise");
   }
 };
 

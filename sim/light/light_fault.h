@@ -21,9 +21,9 @@ struct LightFault : FaultSpan {
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
     field("light", self.light, Finite(), "lamp_left, lamp_right or a ball's name");
-    field("factor", self.factor, InRange(0, 5), "on its light: 0 dead, 1 sound");
+    field("factor", self.factor, InRange(0, 5), "factor on the light: 0 dead, 1 sound");
     field("flicker_hz", self.flicker_hz, InRange(0, 100),
-          "how often it comes back, for half of each period; 0: never");
+          "frequency at which the light comes back, for half of each period; 0: never");
   }
   // ConfigError where neither a lamp nor one of these balls is called so.
   void CheckLight(const std::string& path, const std::vector<BallLight>& balls) const;
@@ -46,9 +46,11 @@ struct AmbientLightFault : FaultSpan {
 
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
-    field("rise_s", self.rise_s, InRange(0.001, kLongest_s), "time in which it grows to the full");
-    field("irradiance_w_m2", self.irradiance_w_m2, InRange(0, 1000),
-          "of a surface that faces up where the vehicle is, when it is full, by channel");
+    field("rise_s", self.rise_s, InRange(0.001, kLongest_s),
+          "time in which the daylight grows to the full");
+    field(
+        "irradiance_w_m2", self.irradiance_w_m2, InRange(0, 1000),
+        "full irradiance by daylight of a surface that faces up where the vehicle is, by channel");
   }
 };
 

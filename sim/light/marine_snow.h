@@ -33,9 +33,10 @@ struct SnowParams {
   double albedo = 0.3;  // a guess
 
   static void Fields(auto& self, auto&& field) {
-    field("particles_per_m3", self.particles_per_m3, InRange(0, 20000), "particles; 0: none");
+    field("particles_per_m3", self.particles_per_m3, InRange(0, 20000),
+          "particles of marine snow; 0: none");
     field("diameter_m", self.diameter_m, InRange(1e-4, 0.02), "diameter of a particle");
-    field("sink_m_s", self.sink_m_s, InRange(0, 0.1), "speed of its sinking");
+    field("sink_m_s", self.sink_m_s, InRange(0, 0.1), "speed at which the particles sink");
     field("albedo", self.albedo, InRange(0, 1), "share of light that a particle throws back");
   }
 };

@@ -59,14 +59,15 @@ struct WaterParams {
     field("milk_asymmetry", self.milk_asymmetry, InRange(-0.99, 0.99),
           "mean cosine of scattering by milk");
     field("absorption_per_m", self.absorption_per_m, InRange(0, 20),
-          "of the custom background, by channel");
+          "absorption of the custom background, by channel");
     field("scattering_per_m", self.scattering_per_m, InRange(0, 20),
-          "of the custom background, by channel");
+          "scattering of the custom background, by channel");
     field("asymmetry", self.asymmetry, InRange(-0.99, 0.99),
           "mean cosine of scattering by the custom background");
     field("multiple_scattering", self.multiple_scattering, Finite(),
           "whether light that scatters more than once counts; if not, single scattering alone");
-    field("port_m", self.port_m, InRange(0, 0.2), "where the water begins in front of the camera");
+    field("port_m", self.port_m, InRange(0, 0.2),
+          "distance in front of the camera at which the water begins");
     field("surface_halos", self.surface_halos, Finite(),
           "whether the water glows in the light that marker and station throw back from the lamps");
   }
@@ -101,17 +102,19 @@ struct LampParams {
     field("enabled", self.enabled, Finite(), "whether the vehicle's lamps shine");
     field("intensity_w_sr", self.intensity_w_sr, InRange(0, 1000),
           "radiant intensity of a lamp on its axis, by channel");
-    field("beam", self.beam, Finite(), "how the intensity falls off the axis");
-    field("cosine_exponent", self.cosine_exponent, InRange(0, 200), "m of a cos^m beam");
+    field("beam", self.beam, Finite(), "law by which a lamp's intensity falls off its axis");
+    field("cosine_exponent", self.cosine_exponent, InRange(0, 200),
+          "exponent m of a lamp's cos^m beam");
     field("cone_half_angle_rad", self.cone_half_angle_rad, InRange(0.02, 1.57),
           "outer half angle of a cone beam");
     field("cone_soft_rad", self.cone_soft_rad, InRange(0.001, 1.57),
           "width of a cone beam's edge, inside the half angle");
     field("shift_m", self.shift_m, InRange(-0.3, 0.3),
-          "of both from the scene's sites: forwards, outwards, up");
+          "shift of both lamps from the scene's sites: forwards, outwards, up");
     field("toe_in_rad", self.toe_in_rad, InRange(-0.8, 0.8),
-          "how far the beams are turned inwards");
-    field("tilt_rad", self.tilt_rad, InRange(-0.8, 0.8), "how far the beams are turned up");
+          "angle by which the lamps' beams are turned inwards");
+    field("tilt_rad", self.tilt_rad, InRange(-0.8, 0.8),
+          "angle by which the lamps' beams are turned up");
   }
 };
 
@@ -122,8 +125,9 @@ struct BallLight {
   double current_factor = 1;
 
   static void Fields(auto& self, auto&& field) {
-    field("name", self.name, Finite(), "the ball, as in the scene");
-    field("color", self.color, InRange(0, 1), "what the camera's channels see of it, relative");
+    field("name", self.name, Finite(), "name of a lit ball, as in the scene");
+    field("color", self.color, InRange(0, 1),
+          "colour of a lit ball as the camera's channels see it, relative");
     field("current_factor", self.current_factor, InRange(0, 20),
           "LED current relative to the published one (red 5.7, green and blue 3.4 mA)");
   }
@@ -146,10 +150,11 @@ struct BallLightParams {
   static void Fields(auto& self, auto&& field) {
     field("enabled", self.enabled, Finite(), "whether the balls shine (active marker)");
     field("rim_radiance_w_m2_sr", self.rim_radiance_w_m2_sr, InRange(0, 1000),
-          "radiance at the edge of the disc");
+          "radiance of a lit ball at the edge of its disc");
     field("core_radiance_w_m2_sr", self.core_radiance_w_m2_sr, InRange(0, 1000),
-          "added in the middle of the disc");
-    field("core_width_m", self.core_width_m, InRange(0.0005, 0.1), "width (sigma) of the core");
+          "radiance added in the middle of a lit ball's disc");
+    field("core_width_m", self.core_width_m, InRange(0.0005, 0.1),
+          "width (sigma) of a lit ball's bright core");
     field("balls", self.balls, Finite(), "the lit balls");
   }
 };
@@ -168,7 +173,7 @@ struct ShadingParams {
     field("relative_tolerance", self.relative_tolerance, InRange(0, 0.2),
           "error allowed in a tile's middle, relative to the radiance");
     field("absolute_tolerance_w_m2_sr", self.absolute_tolerance_w_m2_sr, InRange(0, 1),
-          "error allowed in a tile's middle besides");
+          "error allowed in a tile's middle, added to the relative one");
   }
 };
 

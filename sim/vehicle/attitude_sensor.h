@@ -18,11 +18,11 @@ struct AttitudeSensorParams {
 
   static void Fields(auto& self, auto&& field) {
     field("bias_std_rad", self.bias_std_rad, InRange(0, 0.5),
-          "standard deviation of a trial's constant error of roll and of pitch");
+          "standard deviation of a trial's constant error of roll and of pitch, as measured");
     field("noise_std_rad", self.noise_std_rad, InRange(0, 0.5),
-          "and of the error of each of its readings");
+          "standard deviation of the error of each reading of roll and pitch");
     field("rate_noise_std_rad_s", self.rate_noise_std_rad_s, InRange(0, 1),
-          "and of that of the rates");
+          "standard deviation of the error of each reading of the angular rates");
   }
 };
 

@@ -41,9 +41,10 @@ struct MatrixEntry {
   double value = 0;
 
   static void Fields(auto& self, auto&& field) {
-    field("row", self.row, Finite(), "force or moment");
-    field("column", self.column, Finite(), "velocity or acceleration that causes it");
-    field("value", self.value, Finite(), "SI units of that element");
+    field("row", self.row, Finite(), "axis of the force or moment of an element off the diagonal");
+    field("column", self.column, Finite(),
+          "axis of the velocity or acceleration that causes an element's force or moment");
+    field("value", self.value, Finite(), "value of an element off the diagonal, SI");
   }
 };
 
@@ -62,25 +63,26 @@ struct HydrodynamicsParams {
   std::vector<MatrixEntry> quadratic_damping_coupling;
 
   static void Fields(auto& self, auto&& field) {
-    field("water_density_kg_m3", self.water_density_kg_m3, InRange(0, 2000), "");
+    field("water_density_kg_m3", self.water_density_kg_m3, InRange(0, 2000),
+          "density of the water");
     field("displaced_volume_m3", self.displaced_volume_m3, InRange(0, 1e3),
           "volume of water that the submerged vehicle displaces");
     field("p_BBcb_m", self.p_BBcb_m, InRange(-10, 10), "centre of buoyancy in B");
     field("hull_height_m", self.hull_height_m, InRange(1e-3, 100),
           "buoyancy falls linearly to zero while this height leaves the water");
     field("added_mass_diagonal", self.added_mass_diagonal, AtLeast(0),
-          "surge, sway, heave [kg], roll, pitch, yaw [kg m^2]");
-    field(
-        "added_mass_coupling", self.added_mass_coupling, Finite(),
-        "elements off the diagonal [kg, kg m, kg m^2]; both halves, the matrix must be symmetric");
+          "added mass of surge, sway, heave [kg], roll, pitch, yaw [kg m^2]");
+    field("added_mass_coupling", self.added_mass_coupling, Finite(),
+          "added mass off the diagonal [kg, kg m, kg m^2]; both halves, the matrix must be "
+          "symmetric");
     field("linear_damping_diagonal", self.linear_damping_diagonal, AtLeast(0),
-          "surge, sway, heave [N s/m], roll, pitch, yaw [N m s]");
+          "linear damping of surge, sway, heave [N s/m], roll, pitch, yaw [N m s]");
     field("linear_damping_coupling", self.linear_damping_coupling, Finite(),
-          "elements off the diagonal");
+          "linear damping off the diagonal");
     field("quadratic_damping_diagonal", self.quadratic_damping_diagonal, AtLeast(0),
-          "surge, sway, heave [N s^2/m^2], roll, pitch, yaw [N m s^2]");
+          "quadratic damping of surge, sway, heave [N s^2/m^2], roll, pitch, yaw [N m s^2]");
     field("quadratic_damping_coupling", self.quadratic_damping_coupling, Finite(),
-          "elements off the diagonal; multiply |v| v of their column");
+          "quadratic damping off the diagonal; multiplies |v| v of its column");
   }
 
   // Refuses an asymmetric added mass and damping that could feed energy into the vehicle.

@@ -18,15 +18,19 @@ struct MooringParams {
   double weathervane_arm_m = 0;
 
   static void Fields(auto& self, auto&& field) {
-    field("swing_x_m", self.swing_x_m, InRange(0, 5),
-          "amplitude of a sinusoid along W's x, its phase drawn from the seed");
-    field("swing_y_m", self.swing_y_m, InRange(0, 5), "likewise along W's y, with its own phase");
-    field("swing_period_s", self.swing_period_s, InRange(0.5, 600), "of both");
     field(
-        "natural_period_s", self.natural_period_s, InRange(0, 600),
-        "of the station on its mooring, on which current and waves draw it along; 0: they do not");
+        "swing_x_m", self.swing_x_m, InRange(0, 5),
+        "amplitude of the station's sinusoidal motion along W's x, its phase drawn from the seed");
+    field(
+        "swing_y_m", self.swing_y_m, InRange(0, 5),
+        "amplitude of the station's sinusoidal motion along W's y, its phase drawn from the seed");
+    field("swing_period_s", self.swing_period_s, InRange(0.5, 600),
+          "period of the station's sinusoidal motions");
+    field("natural_period_s", self.natural_period_s, InRange(0, 600),
+          "natural period of the station on its mooring, drawn along by current and waves; 0: it "
+          "stays");
     field("damping_ratio", self.damping_ratio, InRange(0.01, 5),
-          "of that motion, by the water's drag");
+          "damping ratio of the station on its mooring, by the water's drag");
     field("weathervane_arm_m", self.weathervane_arm_m, InRange(0, 100),
           "the station turns like a vane that the current trails at this length from its swivel, "
           "until the vehicle comes in against the current; 0: it does not turn");

@@ -61,29 +61,35 @@ struct NavigationParams {
           "sets all other keys: dvl, usbl, dead_reckoning, pilot, or never (it reports "
           "nothing)");
     field("position_bias_std_m", self.position_bias_std_m, InRange(0, 10),
-          "standard deviation of a trial's constant error, along each horizontal axis");
+          "navigation: standard deviation of a trial's constant error of position, along each "
+          "horizontal axis");
     field("position_drift_std_mps", self.position_drift_std_mps, InRange(0, 1),
-          "of a trial's constant rate of the error, likewise: a current that it does not know");
+          "navigation: standard deviation of a trial's constant drift of position, along each "
+          "horizontal axis: a current that it does not know");
     field("position_walk_m", self.position_walk_m, InRange(0, 1),
-          "of the error's random walk in a second, likewise");
+          "navigation: standard deviation of the random walk of position in a second, along each "
+          "horizontal axis");
     field("travel_error_std", self.travel_error_std, InRange(0, 1),
-          "of a trial's error of the way travelled, along and across it, as a share of it");
+          "navigation: standard deviation of a trial's error of the way travelled, along and "
+          "across it, as a share of it");
     field("position_noise_std_m", self.position_noise_std_m, InRange(0.001, 10),
-          "of the error of each fix, along each horizontal axis");
+          "navigation: standard deviation of the error of each fix, along each horizontal axis");
     field("rate_hz", self.rate_hz, InRange(0.01, 1000),
-          "fixes a second; no more than there are images");
-    field("dropout_share", self.dropout_share, InRange(0, 0.99), "share of the time without fixes");
-    field("dropout_s", self.dropout_s, InRange(0.01, 3600), "mean length of a drop-out");
+          "navigation: fixes a second; no more than there are images");
+    field("dropout_share", self.dropout_share, InRange(0, 0.99),
+          "navigation: share of the time without fixes");
+    field("dropout_s", self.dropout_s, InRange(0.01, 3600),
+          "navigation: mean time of a drop-out of fixes");
     field("depth_bias_std_m", self.depth_bias_std_m, InRange(0, 10),
-          "standard deviation of a trial's constant error of the depth");
+          "navigation: standard deviation of a trial's constant error of the depth");
     field("depth_noise_std_m", self.depth_noise_std_m, InRange(0.001, 10),
-          "and of that of each reading");
+          "navigation: standard deviation of the error of each reading of the depth");
     field("heading_bias_std_rad", self.heading_bias_std_rad, InRange(0, 1),
-          "standard deviation of a trial's constant error of the heading");
+          "navigation: standard deviation of a trial's constant error of the heading");
     field("heading_walk_rad", self.heading_walk_rad, InRange(0, 1),
-          "of its random walk in a second");
+          "navigation: standard deviation of the heading's random walk in a second");
     field("heading_noise_std_rad", self.heading_noise_std_rad, InRange(0.0001, 1),
-          "and of the error of each reading");
+          "navigation: standard deviation of the error of each reading of the heading");
   }
 };
 

@@ -24,11 +24,11 @@ struct CurrentParams {
     field("surface_velocity_mps", self.surface_velocity_mps, InRange(-5, 5),
           "mean current at the surface, in W");
     field("series", self.series, Finite(),
-          "CSV of a measured current at the surface, in its place: columns time_s, water_x_mps, "
-          "water_y_mps and perhaps water_z_mps, in W, or speed_mps and direction_rad, where it "
-          "runs to; between rows it is linear, and it turns with them");
+          "CSV of a measured current at the surface, in place of surface_velocity_mps: columns "
+          "time_s, water_x_mps, water_y_mps and perhaps water_z_mps, in W, or speed_mps and "
+          "direction_rad, where it runs to; between rows it is linear, and it turns with them");
     field("decay_depth_m", self.decay_depth_m, AtLeast(0),
-          "depth at which it has fallen to 1/e, 0: the same at every depth");
+          "depth at which the current has fallen to 1/e; 0: it does not fall");
     field("gust_std_mps", self.gust_std_mps, InRange(0, 2),
           "standard deviation of each horizontal component of the Gauss-Markov gusts");
     field("gust_time_constant_s", self.gust_time_constant_s, Above(0),
@@ -67,11 +67,13 @@ struct WaveComponent {
   double phase_rad = 0;
 
   static void Fields(auto& self, auto&& field) {
-    field("height_m", self.height_m, InRange(0, 20), "crest to trough");
-    field("period_s", self.period_s, InRange(0.2, 60), "");
-    field("direction_rad", self.direction_rad, Finite(), "where it runs to, from W's x towards y");
+    field("height_m", self.height_m, InRange(0, 20), "height of a regular wave, crest to trough");
+    field("period_s", self.period_s, InRange(0.2, 60), "period of a regular wave");
+    field("direction_rad", self.direction_rad, Finite(),
+          "direction in which the waves run, from W's x towards y");
     field("phase_rad", self.phase_rad, Finite(),
-          "at W's origin and time 0 (crest: 0); used when random_phases is off");
+          "phase of a regular wave at W's origin and time 0 (crest: 0); used when random_phases is "
+          "off");
   }
 };
 
@@ -84,11 +86,15 @@ struct JonswapParams {
   int components = 24;
 
   static void Fields(auto& self, auto&& field) {
-    field("significant_height_m", self.significant_height_m, InRange(0, 20), "0: none");
-    field("peak_period_s", self.peak_period_s, InRange(0.5, 30), "");
-    field("gamma", self.gamma, InRange(1, 10), "peak enhancement");
-    field("direction_rad", self.direction_rad, Finite(), "where it runs to, from W's x towards y");
-    field("components", self.components, InRange(1, 500), "regular waves it is summed from");
+    field("significant_height_m", self.significant_height_m, InRange(0, 20),
+          "significant wave height of the irregular sea; 0: none");
+    field("peak_period_s", self.peak_period_s, InRange(0.5, 30),
+          "peak period of the irregular sea");
+    field("gamma", self.gamma, InRange(1, 10), "peak enhancement factor of the JONSWAP spectrum");
+    field("direction_rad", self.direction_rad, Finite(),
+          "direction in which the waves run, from W's x towards y");
+    field("components", self.components, InRange(1, 500),
+          "number of regular waves that an irregular sea is summed from");
   }
 };
 
@@ -109,19 +115,22 @@ struct TetherParams {
 
   static void Fields(auto& self, auto&& field) {
     field("enabled", self.enabled, Finite(), "whether the vehicle drags a tether");
-    field("p_BQ_m", self.p_BQ_m, InRange(-10, 10), "where it leaves the vehicle, in B");
-    field("p_WAnchor_m", self.p_WAnchor_m, Finite(), "its other end, in W");
-    field("length_m", self.length_m, Above(0), "in the water");
-    field("diameter_m", self.diameter_m, InRange(1e-4, 0.2), "");
+    field("p_BQ_m", self.p_BQ_m, InRange(-10, 10),
+          "point where the tether leaves the vehicle, in B");
+    field("p_WAnchor_m", self.p_WAnchor_m, Finite(), "far end of the tether, in W");
+    field("length_m", self.length_m, Above(0), "length of the tether in the water");
+    field("diameter_m", self.diameter_m, InRange(1e-4, 0.2), "diameter of the tether");
     field("drag_coefficient", self.drag_coefficient, InRange(0, 5),
-          "of the flow across it; 1.2 for a smooth cylinder, more when it strums");
+          "drag coefficient of the tether across the flow: 1.2 for a smooth cylinder, more when it "
+          "strums");
     field("net_weight_newton_per_m", self.net_weight_newton_per_m, InRange(-100, 100),
-          "weight less buoyancy, positive sinks");
+          "weight of the tether less its buoyancy; positive sinks");
     field("stiffness_newton_per_m", self.stiffness_newton_per_m, AtLeast(0),
-          "pull per metre of stretch beyond its length");
+          "pull of the tether per metre of stretch beyond its length");
     field("stretch_damping_newton_s_per_m", self.stretch_damping_newton_s_per_m, AtLeast(0),
-          "pull per m/s of stretching, while taut");
-    field("water_density_kg_m3", self.water_density_kg_m3, InRange(0, 2000), "");
+          "pull of the tether per m/s of stretching, while taut");
+    field("water_density_kg_m3", self.water_density_kg_m3, InRange(0, 2000),
+          "density of the water");
   }
 };
 
@@ -134,7 +143,8 @@ struct SeaParams {
   TetherParams tether{};
 
   static void Fields(auto& self, auto&& field) {
-    field("state", self.state, Finite(), "adds this sea's wave to the others; custom adds none");
+    field("state", self.state, Finite(),
+          "sea state whose wave is added to sea.waves; custom adds none");
     field("current", self.current, Finite(), "current and gusts");
     field("waves", self.waves, Finite(), "regular waves");
     field("jonswap", self.jonswap, Finite(), "irregular sea, added to them");

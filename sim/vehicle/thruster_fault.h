@@ -18,8 +18,8 @@ struct ThrusterFault : FaultSpan {
     FaultSpan::Fields(self, field);
     field("thruster", self.thruster, Finite(), "name of its motor in the vehicle's MJCF");
     field("force_factor", self.force_factor, InRange(-1, 1),
-          "share of its thrust that it still gives: 0 blocked, between 0 and 1 weak, below 0 "
-          "reversed, as with its leads exchanged");
+          "share of its thrust that the thruster still gives: 0 blocked, between 0 and 1 weak, "
+          "below 0 reversed, as with its leads exchanged");
   }
 };
 

@@ -30,12 +30,13 @@ struct ThrusterKind : ThrustCurve {
 
   static void Fields(auto& self, auto&& field) {
     ThrustCurve::Fields(self, field);
-    field("lag_s", self.lag_s, InRange(0, 10), "time constant of the first-order lag, 0: none");
+    field("lag_s", self.lag_s, InRange(0, 10),
+          "time constant of the thrust's first-order lag; 0: none");
     field("lag_power", self.lag_power, InRange(0.5, 4),
-          "what lags is the thrust to the power of one over this: 1 the thrust itself, 2 the "
+          "n of the lag, which is on the n-th root of the thrust: 1 the thrust itself, 2 the "
           "propeller's speed, whose square the thrust is");
     field("dead_time_s", self.dead_time_s, InRange(0, 1),
-          "from a command until the thruster follows it");
+          "time from a command until the thruster follows it");
     field("rate_limit_newton_per_s", self.rate_limit_newton_per_s, AtLeast(0),
           "fastest change of thrust, 0: no limit");
     field("inflow_loss_s_per_m", self.inflow_loss_s_per_m, InRange(0, 10),
@@ -64,7 +65,7 @@ struct ThrusterParams : ThrusterKind {
           "share of its thrust that each thruster still gives, in the order of the motors in the "
           "MJCF: 1 sound, 0 failed");
     field("individual", self.individual, Finite(),
-          "thrusters that are not as above; a key left out of one has the value of this table");
+          "thrusters that differ from the others; a key left out has their value");
   }
 
   // What the thrusters of these names are, in their order. ConfigError below `path` for one that is

@@ -24,7 +24,7 @@ struct RigidBodyParams {
     field("inertia_kg_m2", self.inertia_kg_m2, Above(0),
           "Ixx, Iyy, Izz about the centre of mass, along B's axes");
     field("inertia_products_kg_m2", self.inertia_products_kg_m2, Finite(),
-          "elements xy, xz, yz of the same inertia matrix");
+          "elements xy, xz, yz of the inertia matrix about the centre of mass, along B's axes");
   }
 
   Eigen::Matrix3d Inertia() const;  // about the centre of mass, B's axes
@@ -40,9 +40,9 @@ struct LoadParams {
   Eigen::Vector3d p_BQ_m{0, 0, 0};
 
   static void Fields(auto& self, auto&& field) {
-    field("mass_kg", self.mass_kg, AtLeast(0), "");
-    field("volume_m3", self.volume_m3, AtLeast(0), "water that it displaces");
-    field("p_BQ_m", self.p_BQ_m, InRange(-10, 10), "where it is fixed in B");
+    field("mass_kg", self.mass_kg, AtLeast(0), "mass of a load");
+    field("volume_m3", self.volume_m3, AtLeast(0), "volume of water that a load displaces");
+    field("p_BQ_m", self.p_BQ_m, InRange(-10, 10), "point where a load is fixed, in B");
   }
 };
 
@@ -62,8 +62,8 @@ struct ContactParams {
     field("restitution", self.restitution, InRange(0.05, 0.95),
           "speed after over speed before a normal impact; exp(-2) when critically damped");
     field("time_constant_s", self.time_constant_s, InRange(1e-3, 1),
-          "of the contact's spring: an impact lasts two to three of them, and dents by the speed "
-          "times one");
+          "time constant of the contact's spring: an impact lasts two to three of them, and dents "
+          "by the speed times one");
   }
 
   double DampingRatio() const;  // that gives the restitution

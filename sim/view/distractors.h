@@ -27,9 +27,9 @@ struct ScreenFault : FaultSpan {
 
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
-    field("p_MQ_m", self.p_MQ_m, InRange(-10, 10), "its middle in the marker's frame");
-    field("size_m", self.size_m, InRange(0.0001, 10), "its edges");
-    field("albedo", self.albedo, InRange(0, 1), "share of light it throws back, by channel");
+    field("p_MQ_m", self.p_MQ_m, InRange(-10, 10), "middle of the plate in the marker's frame");
+    field("size_m", self.size_m, InRange(0.0001, 10), "edges of the plate");
+    field("albedo", self.albedo, InRange(0, 1), "share of light thrown back, by channel");
   }
 };
 
@@ -43,10 +43,12 @@ struct FishFault : FaultSpan {
 
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
-    field("p_MQ_m", self.p_MQ_m, InRange(-10, 10), "where it begins, in the marker's frame");
-    field("velocity_mps", self.velocity_mps, InRange(-10, 10), "in the marker's frame");
-    field("radius_m", self.radius_m, InRange(0.001, 1), "radius");
-    field("albedo", self.albedo, InRange(0, 1), "share of light it throws back, by channel");
+    field("p_MQ_m", self.p_MQ_m, InRange(-10, 10),
+          "point where the fish begins, in the marker's frame");
+    field("velocity_mps", self.velocity_mps, InRange(-10, 10),
+          "velocity of the fish in the marker's frame");
+    field("radius_m", self.radius_m, InRange(0.001, 1), "radius of the fish");
+    field("albedo", self.albedo, InRange(0, 1), "share of light thrown back, by channel");
     field("shines_as", self.shines_as, Finite(), "the ball whose light it has; empty: none");
   }
 };
@@ -57,7 +59,8 @@ struct SecondMarkerFault : FaultSpan {
 
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
-    field("p_MQ_m", self.p_MQ_m, InRange(-10, 10), "where it is, in the marker's frame");
+    field("p_MQ_m", self.p_MQ_m, InRange(-10, 10),
+          "place of the second marker, in the marker's frame");
   }
 };
 
@@ -84,12 +87,12 @@ struct BubblesFault : FaultSpan {
 
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
-    field("count", self.count, InRange(1, 2000), "how many there are at a time");
-    field("radius_m", self.radius_m, InRange(0.0005, 0.1), "radius");
-    field("rise_mps", self.rise_mps, InRange(0, 2), "speed of their rise");
+    field("count", self.count, InRange(1, 2000), "number of bubbles at a time");
+    field("radius_m", self.radius_m, InRange(0.0005, 0.1), "radius of a bubble");
+    field("rise_mps", self.rise_mps, InRange(0, 2), "speed at which the bubbles rise");
     field("p_MQ_m", self.p_MQ_m, InRange(-10, 10), "the column's middle in the marker's frame");
     field("size_m", self.size_m, InRange(0.01, 10), "the column's edges");
-    field("albedo", self.albedo, InRange(0, 1), "share of light they throw back");
+    field("albedo", self.albedo, InRange(0, 1), "share of light that the bubbles throw back");
   }
 };
 

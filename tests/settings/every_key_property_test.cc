@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
+#include <regex>
 #include <set>
 #include <string>
 #include <vector>
@@ -205,6 +206,16 @@ TEST_P(EveryKey, IsANumberOrIsNotTuned) {
     ++refused;
   }
   EXPECT_EQ(refused + numbers, cases_.size());
+}
+
+// `turbidock list keys | grep` shows a key's line without those before it.
+TEST(TheLineOfAKey, IsUnderstoodAlone) {
+  const std::regex hangs_on_another(
+      "^$|^(of|and|its|it|likewise|along its|about the|for at|from|which|whose|whether there|while|"
+      "where|when|how|largest, of)\\b|likewise|as above|meanwhile|the same axes");
+  for (const config::KeyDoc& doc : trial::ScenarioKeys())
+    if (!doc.value.empty())  // no group
+      EXPECT_FALSE(std::regex_search(doc.doc, hangs_on_another)) << doc.key << ": " << doc.doc;
 }
 
 // What gives each trial its seed takes none.
