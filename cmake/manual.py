@@ -1,5 +1,5 @@
 """Builds the manual from README files and headers: `manual.py OUT`. Doxygen reads a copy of them in OUT/source, in which plain
-`//` comments are its own and links are those that it knows; a warning of it or a dead link is an error."""
+`//` comments are its own and links are those that it knows; a warning of it, a dead link or a lost heading is an error."""
 
 import html.parser
 import json
@@ -33,7 +33,8 @@ def page(text, folder):
     """Pictures by their names, links to other pages from the root and without an anchor, links to what is no page as text."""
 
     def linked(match):
-        words, target = match.groups()
+        # Doxygen 1.9.4 loses what follows words on two lines, up to the next page.
+        words, target = ' '.join(match[1].split()), match[2]
         path, _, anchor = target.partition('#')
         if path.endswith(PICTURES):
             return f'[{words}]({os.path.basename(path)})'
@@ -47,7 +48,7 @@ def page(text, folder):
     # Of a word in angle brackets it makes HTML, but for those in code.
     text = re.sub(r'^[^`\n]*<[a-z][^`\n]*$', lambda line: re.sub(r'<(?=[a-z])', r'\\<', line[0]), text, flags=re.M)
     # Doxygen takes `it's` for the end of a quotation unless its marks are double.
-    text = re.sub(r"(?<!`)`([^`\n]*'[^`\n]*)`(?!`)", r'``\1``', text)
+    text = re.sub(r'(`+)([^`]+)\1', lambda code: f'``{code[2]}``' if len(code[1]) == 1 and "'" in code[2] else code[0], text)
     return re.sub(r'\[([^\]]*)\]\(([^)\s]*)\)', linked, text)
 
 
@@ -90,6 +91,17 @@ def dead_links(site):
                 yield f'{path.name}: {link}'
 
 
+def pages_without_a_heading(site, source):
+    """Doxygen drops headings without a word where it misreads what stands before them."""
+    for path in sorted(source.rglob('*.md')):
+        name = path.relative_to(source).with_suffix('').as_posix()
+        html = (site / ('index.html' if name == 'README' else f'md_{re.sub("[/.]", "_", name)}.html')).read_text()
+        text = re.sub(r'^```.*?^```', '', path.read_text(), flags=re.M | re.S)
+        wanted, found = len(re.findall(r'^#+ ', text, re.M)) - 1, len(set(re.findall(r'id="(autotoc_md\d+)"', html)))
+        if found != wanted:
+            yield f'{name}.md: {wanted} headings below its title, {found} in the manual'
+
+
 def main(out):
     shutil.rmtree(out, ignore_errors=True)
     copy_sources(out / 'source')
@@ -97,10 +109,10 @@ def main(out):
     settings = (ROOT / 'cmake/Doxyfile').read_text() + f'PROJECT_NUMBER = {version}\nIMAGE_PATH = {ROOT}/assets/pictures\n'
     settings += f'HTML_EXTRA_STYLESHEET = {ROOT}/cmake/manual.css\n'
     failed = subprocess.run(['doxygen', '-'], cwd=out / 'source', input=settings, text=True).returncode
+    faults = [f'a dead link: {link}' for link in dead_links(out)] + list(pages_without_a_heading(out, out / 'source'))
     shutil.rmtree(out / 'source')
-    dead = list(dead_links(out))
-    print(*(f'a dead link: {link}' for link in dead), sep='\n', end='')
-    return 1 if failed or dead else 0
+    print(*faults, sep='\n', end='\n' if faults else '')
+    return 1 if failed or faults else 0
 
 
 if __name__ == '__main__':
