@@ -45,21 +45,14 @@ void PrintAll() {
   }
 }
 
-// "[1, 0, ..." of a text that is longer than that.
-std::string Short(const std::string& text, size_t most) {
-  return text.size() <= most ? text : text.substr(0, most - 3) + "...";
-}
-
-// A line for each group and two for each key, none wider than 100 columns.
+// A line for each group and two for each key. Values are whole: who searches for one finds it.
 void PrintKeys(const std::vector<config::KeyDoc>& keys) {
   fmt::print("{:46} {:20} ALLOWED\n    MEANING\n", "KEY", "DEFAULT");
   for (const config::KeyDoc& key : keys) {
     const bool is_group = key.type == "group of keys" || key.type == "list of groups";
     if (is_group) fmt::print("\n{} ({})\n", key.key, key.type);
-    const std::string name = fmt::format("{:46} {}", key.key, Short(key.value, 20));
-    const std::string allowed = key.range.empty() ? key.type : key.range;
-    if (!is_group)
-      fmt::print("{:67} {}\n", name, Short(allowed, 99 - std::max<size_t>(67, name.size())));
+    const std::string name = fmt::format("{:46} {}", key.key, key.value);
+    if (!is_group) fmt::print("{:67} {}\n", name, key.range.empty() ? key.type : key.range);
     std::istringstream words(key.doc);
     std::string line = "   ";
     for (std::string word; words >> word; line += " " + word)

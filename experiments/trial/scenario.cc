@@ -364,8 +364,7 @@ std::string SaveResolved(Scenario scenario, const std::vector<ModelFile>& model_
 }
 
 std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins) {
-  Scenario defaults;
-  defaults.plugins = plugins.WithDefaults();
+  Scenario defaults = Beginning(plugins);
   return config::internal::ListGroupKeys(config::GroupOf(&defaults));
 }
 

@@ -334,7 +334,7 @@ std::string SaveScenario(const Scenario& scenario);
 Scenario ParseScenario(const std::string& text, const std::string& name,
                        const Plugins& plugins = {});
 
-// The table of all keys.
+// The table of all keys, with the values of a scenario that gives none.
 std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins = {});
 
 // The scenario's MJCF files. What a scene includes and does not have beside it is the bundled one.
