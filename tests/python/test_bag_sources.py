@@ -13,7 +13,7 @@ import turbidock
 from test_bags import START_NS, Maker, films
 from turbidock import logs
 
-SIZES = {"Q": "Q", "B": "B", "f": "f", "H": "H", "n": "4s", "N": "16s", "Z": "64s"}
+SIZES = {"Q": "Q", "B": "B", "f": "f", "H": "H", "c": "h", "n": "4s", "N": "16s", "Z": "64s"}
 
 
 def dataflash(file, messages, formats):
@@ -31,6 +31,20 @@ def dataflash(file, messages, formats):
             stream.write(pack("FMT", numbers[name], size, name, kinds, columns))
         for name, *values in messages:
             stream.write(pack(name, *values))
+
+
+def test_an_ardusub_flight_log(tmp_path):
+    """Its angles are hundredths of a degree."""
+    messages = [message for i in range(5) for message in (("RCOU", 7_000_000 + 100_000 * i, 1500, 1600 + i),
+                                                          ("ATT", 7_000_000 + 100_000 * i, 1000, -2000, 3000))]
+    dataflash(tmp_path / "dive.bin", messages, {"RCOU": ("QHH", "TimeUS,C1,C2"), "ATT": ("Qccc", "TimeUS,Roll,Pitch,Yaw")})
+    bag = logs.read_bag(tmp_path / "dive.bin", {"motion": {
+        "attitude": {"topic": "ATT", "field": ["Roll", "Pitch", "Yaw"], "columns": ["roll_rad", "pitch_rad", "yaw_rad"],
+                     "scale": np.pi / 180, "axes": "frd"},
+        "commands": {"topic": "RCOU", "field": ["C1", "C2"], "columns": ["a_pwm_us", "b_pwm_us"]}}})
+    assert bag.start_ns == 7_000_000_000 and bag.notes == [] and np.allclose(bag.motion["time_s"], np.arange(5) / 10)
+    assert np.allclose(np.degrees([bag.motion[f"{axis}_rad"][1] for axis in ("roll", "pitch", "yaw")]), [10, 20, -30])
+    assert list(bag.motion["b_pwm_us"]) == [1600, 1601, 1602, 1603, 1604]
 
 
 @pytest.mark.parametrize("said", [True, False])  # by the log itself, as ArduPilot does since 4.0

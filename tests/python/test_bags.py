@@ -5,6 +5,7 @@ import io
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 
@@ -364,33 +365,6 @@ def test_an_ardusub_telemetry_log(tmp_path):
     assert list(bag.motion["b_pwm_us"]) == [1510, 1511, 1512, 1513, 1514]
 
 
-def test_an_ardusub_flight_log(tmp_path):
-    """Written by hand after ArduPilot's description of the format: FMT of each message, then messages."""
-    formats = {"FMT": (128, "BBnNZ", "Type,Length,Name,Format,Columns"), "RCOU": (129, "QHH", "TimeUS,C1,C2"),
-               "ATT": (130, "Qccc", "TimeUS,Roll,Pitch,Yaw")}
-    sizes = {"FMT": 89, "RCOU": 3 + 12, "ATT": 3 + 14}
-
-    def text(words, size):
-        return words.encode().ljust(size, b"\0")
-
-    with open(tmp_path / "dive.bin", "wb") as stream:
-        for name, (number, kinds, columns) in formats.items():
-            stream.write(bytes([0xA3, 0x95, 128, number, sizes[name]]) + text(name, 4) + text(kinds, 16) + text(columns, 64))
-        for i in range(5):
-            us = 7_000_000 + 100_000 * i
-            stream.write(bytes([0xA3, 0x95, 129]) + us.to_bytes(8, "little") + (1500).to_bytes(2, "little")
-                         + (1600 + i).to_bytes(2, "little"))
-            stream.write(bytes([0xA3, 0x95, 130]) + us.to_bytes(8, "little")
-                         + b"".join(int(100 * degrees).to_bytes(2, "little", signed=True) for degrees in (10, -20, 30)))
-    bag = logs.read_bag(tmp_path / "dive.bin", {"motion": {
-        "attitude": {"topic": "ATT", "field": ["Roll", "Pitch", "Yaw"], "columns": ["roll_rad", "pitch_rad", "yaw_rad"],
-                     "scale": np.pi / 180, "axes": "frd"},
-        "commands": {"topic": "RCOU", "field": ["C1", "C2"], "columns": ["a_pwm_us", "b_pwm_us"]}}})
-    assert bag.start_ns == 7_000_000_000 and bag.notes == [] and np.allclose(bag.motion["time_s"], np.arange(5) / 10)
-    assert np.allclose(np.degrees([bag.motion[f"{axis}_rad"][1] for axis in ("roll", "pitch", "yaw")]), [10, 20, -30])
-    assert list(bag.motion["b_pwm_us"]) == [1600, 1601, 1602, 1603, 1604]
-
-
 def test_the_gap_of_a_topic_is_said(simple):
     for i in [*range(20), *range(60, 80)]:
         simple.write("/depth", START_NS + 50_000_000 * i, simple.make("std_msgs/msg/Float64", data=1.0))
@@ -464,6 +438,9 @@ def test_bad_logs_are_one_line(simple, tmp_path):
     (tmp_path / "topics.yaml").write_text("motion: [")
     assert "topics.yaml: is no YAML" in refused(tmp_path / "topics.yaml")
     assert "nowhere: no such file" in refused({"motion": {"imu": "/imu"}}, tmp_path / "nowhere")
+    shutil.copy(mcap := next(file.glob("*.mcap")), tmp_path / "copy.mcap")
+    for again in (mcap, tmp_path / "copy.mcap"):
+        assert f"{again}: is {mcap} once more; give each log once" in refused({"motion": {"imu": "/imu"}}, [mcap, again])
 
 
 @pytest.mark.parametrize("kind, share", [("ros1", 0.6), ("sqlite", 0.5), ("mcap", 0.7), ("mcap", 0.01)])

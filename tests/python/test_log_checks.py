@@ -81,15 +81,29 @@ def test_clocks_and_origins_are_named(scenario, columns, words):
         log_of(scenario, **columns)
 
 
-def test_thrusters_that_are_exchanged_or_reversed_are_named(scenario):
-    """Ten seconds of the vehicle as it is known; its commands as a wrong file of topics has them."""
+def test_a_pose_that_repeats_is_no_measurement(scenario):
+    """A tracker that lost its body, a recorder faster than the tracker, and one that stands for ever."""
+    at = np.arange(len(TIME_S))
+    for held, words in ((np.where((at >= 200) & (at < 240), 199, at), "in 40 of 600 rows, first at 10.00 s"),
+                        (at - at % 3, "in 400 of 600 rows, first at 0.05 s")):
+        log = log_of(scenario, **dict(zip(POSITION + QUATERNION, np.hstack([PLACE, BODY])[held].T)))
+        assert log.notes == [f"log.csv: vehicle_x_m to vehicle_qz repeat the pose before {words}: no measurement, left out."]
+        assert np.array_equal(log.sensor("position").values, PLACE[np.unique(held)])
+    with pytest.raises(turbidock.ConfigError, match="log.csv: vehicle_x_m to vehicle_qz repeat .* 599 of 600 rows: they stand still"):
+        log_of(scenario, **dict(zip(POSITION + QUATERNION, np.hstack([PLACE, BODY])[0 * at].T)))
+    turned = log_of(scenario, **dict(zip(QUATERNION, BODY[0 * at].T)), **dict.fromkeys(VELOCITY + TURN_RATE, np.nan * at))
+    assert turned.notes == []  # it only does not turn
+
+
+def test_wiring_and_poses_that_are_written_otherwise_are_named(scenario):
+    """Ten seconds of the vehicle as it is known; its commands and poses as a wrong file of topics has them."""
     from turbidock.logs import _task
     from turbidock.logs._parameters import still
 
     names = _core.thrusters(scenario._cpp)
     rng = np.random.default_rng(1)
     time_s = np.arange(100) / 10
-    commands = {"time_s": time_s} | {f"{name}_v": np.repeat(2.5 + rng.uniform(-2, 2, 20), 5) for name in names}
+    commands = {"time_s": time_s} | {f"{name}_v": np.repeat(2.5 + rng.uniform(-2, 2, 5), 20) for name in names}
     begin = np.zeros((1, 13))
     begin[0, 2], begin[0, 3] = -5, 1
     none = np.zeros(1, np.int64)
@@ -97,8 +111,8 @@ def test_thrusters_that_are_exchanged_or_reversed_are_named(scenario):
     poses = states[:, :7] + 0.003 * rng.standard_normal((100, 7)) * [1, 1, 1, 0, 1, 1, 1]
     poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
 
-    def read(**changed):
-        return _task.Task(commands | changed | dict(zip(POSITION + QUATERNION, poses.T)), scenario, "still", 0, 1)
+    def read(order=range(7), signs=1, **changed):
+        return _task.Task(commands | changed | dict(zip(POSITION + QUATERNION, (signs * poses[:, order]).T)), scenario, "still", 0, 1)
 
     read()
     first, second = (f"{name}_v" for name in names[:2])
@@ -106,6 +120,13 @@ def test_thrusters_that_are_exchanged_or_reversed_are_named(scenario):
         read(**{first: commands[second], second: commands[first]})
     with pytest.raises(turbidock.ConfigError, match=f"log 1: thruster {names[2]} looks reversed: "):
         read(**{f"{names[2]}_v": 5 - commands[f"{names[2]}_v"]})
+    for order, signs, words in (([1, 0, 2, 3, 4, 5, 6], 1, "vehicle_x_m and vehicle_y_m look exchanged: "),
+                                ([0, 1, 2, 4, 5, 6, 3], 1, "vehicle_qw to vehicle_qz look like x, y, z, w"),
+                                (range(7), [1, 1, 1, 1, -1, -1, -1], "vehicle_qw to vehicle_qz look like the attitude of W in B: ")):
+        with pytest.raises(turbidock.ConfigError, match=f"log 1: {words}"):
+            read(order, signs)
+    with pytest.raises(turbidock.ConfigError, match="thrust_std a number of at least 0, not 1 and nan"):
+        _task.Task(commands, scenario, "still", np.nan, 1)
 
 
 def test_tables_of_spreadsheets(tmp_path):

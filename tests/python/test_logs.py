@@ -49,3 +49,13 @@ def test_the_core_does_not_import_the_logs():
     code = "import sys, turbidock; turbidock.keys(); print([name for name in sys.modules if name.startswith('turbidock.logs')])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
     assert not [file for file in CORE.glob("*.py") if re.search(r"from \.logs|turbidock\.logs|import logs", file.read_text())]
+
+
+def test_what_is_ended_leaves_nothing_half_written(tmp_path):
+    """A command that gets SIGTERM while it writes a file, and one whose file cannot be finished."""
+    code = ("import os\nfrom turbidock import _program\nfrom turbidock.logs import bags, mcap_out\ndef main():\n"
+            "    with mcap_out.McapFile('x.mcap') as out:\n        assert os.path.exists('x.mcap.part')\n        {}\n"
+            "bags.main = main\n_program.bag()")
+    for action, returned in (("os.kill(os.getpid(), 15)", 143), ("out._writer.finish = lambda: open('none')", 2), ("out", 0)):
+        assert subprocess.run([sys.executable, "-c", code.format(action)], cwd=tmp_path, stderr=subprocess.DEVNULL).returncode == returned
+        assert [file.name for file in tmp_path.iterdir()] == ["x.mcap"] * (returned == 0), action

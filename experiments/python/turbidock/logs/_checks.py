@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .._core import ConfigError
 from .._rotation import conjugate, product, rotated, vector_of
-from .motion import DEPTH, POSITION, TURN_RATE, VELOCITY, Motion, has
+from .motion import DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, Motion, has
 
 Numbers = npt.NDArray[np.float64]
 
@@ -45,19 +45,34 @@ def check_table(table: Motion, name: str) -> None:
                           "the surface and points up: of a pool's floor `offset: -DEPTH`, where it points down `axes: frd`")
 
 
+def without_repeats(table: Motion, name: str) -> tuple[Motion, list[str]]:
+    """The table without poses that repeat the one before to the last digit, as a tracker that lost its body and a recorder faster than
+    it write them, and a note. ConfigError where few are left."""
+    kept, notes = dict(table), []
+    poses: list[tuple[str, ...]] = [group for group in (POSITION, QUATERNION, EULER) if has(table, group)]
+    rows = [np.asarray(np.isfinite([table[column] for column in group]).all(axis=0)) for group in poses]
+    if len(poses) > 1 and (rows[0] == rows[1]).all():  # one of both may stand where the vehicle does not turn
+        poses, rows = [poses[0] + poses[1]], rows[:1]
+    for group, there in zip(poses, rows):
+        values, at = np.array([table[column][there] for column in group]), np.flatnonzero(there)[1:]
+        again = at[(np.diff(values) == 0).all(axis=0)]
+        words = f"{name}: {group[0]} to {group[-1]} repeat the pose before in {len(again)} of {len(at) + 1} rows"
+        if len(again) > max(0, len(at) - 9):
+            raise ConfigError(f"{words}: they stand still, which no measurement does")
+        if len(again):
+            notes.append(f"{words}, first at {table['time_s'][again[0]]:.2f} s: no measurement, left out.")
+        for column in group if len(again) else ():
+            kept[column] = np.where(np.isin(np.arange(len(there)), again), np.nan, table[column])
+    return kept, notes
+
+
 def check_velocity(position: Track, attitude: Track, velocity: Track, stretches: Sequence[tuple[float, float]], noise_m: float,
                    name: str) -> None:
     """ConfigError for velocities that are not those of the positions."""
     tries = {"B's axes": lambda q, v: rotated(q, v), "the world's axes": lambda q, v: v,
              "axes ahead, right, down": lambda q, v: rotated(q, v * DOWN), "the world's axes, z down": lambda q, v: v * DOWN,
              "axes astern, right, up": lambda q, v: rotated(q, -v * [1, 1, -1])}
-    found: dict[str, tuple[float, float, Numbers, Numbers]] = {}
-    for axes, turn in tries.items():
-        for shift in SHIFTS_S:
-            moved, way, turns = _compared(position, attitude, velocity, stretches, shift, turn)
-            off = way - moved
-            if len(off) > 10 and _rms(off) < found.get(axes, (np.inf,))[0]:
-                found[axes] = _rms(off), _rms(moved), off, turns
+    found = _least(tries, position, attitude, velocity, stretches, False)
     if "B's axes" not in found:
         return
     rms, speed, off, turns = found.pop("B's axes")
@@ -76,16 +91,10 @@ def check_turn_rate(attitude: Track, turn_rate: Track, stretches: Sequence[tuple
     """The gyroscopes' bias, rad/s. ConfigError for turn rates that are not those of the attitudes."""
     tries = {"B's axes": lambda q, w: w, "the world's axes": lambda q, w: rotated(conjugate(q), w),
              "axes ahead, right, down": lambda q, w: w * DOWN, "B's axes in degrees/s": lambda q, w: np.radians(w)}
-    found: dict[str, tuple[float, float, Numbers]] = {}
-    for axes, turn in tries.items():
-        for shift in SHIFTS_S:
-            turned, way, _ = _compared(attitude, attitude, turn_rate, stretches, shift, turn)
-            off = way - turned
-            if len(off) > 10 and (rms := _rms(off - off.mean(axis=0))) < found.get(axes, (np.inf,))[0]:
-                found[axes] = rms, _rms(turned), off
+    found = _least(tries, attitude, attitude, turn_rate, stretches, True)
     if "B's axes" not in found:
         return np.zeros(3)
-    rms, rate, off = found.pop("B's axes")
+    rms, rate, off, _ = found.pop("B's axes")
     if rms**2 > 0.03**2 + (0.2 * rate)**2 + (3 * noise_rad / OVER_S)**2:
         _refuse(name, TURN_RATE, ("its attitude",), rms, "rad/s", {f"along {axes}": each[0] for axes, each in found.items()})
     bias = np.asarray(off.mean(axis=0) / OVER_S)
@@ -97,6 +106,19 @@ def _refuse(name: str, these: Sequence[str], those: Sequence[str], rms: float, u
     otherwise = f", {tries[best]:.3f} if they were {best}" if tries[best] < 0.5 * rms else ""
     raise ConfigError(f"{name}: {', '.join(these)} contradict {', '.join(those)}: they differ by {rms:.3f} {unit} (rms), taken along "
                       f"B's axes{otherwise}")
+
+
+def _least(tries: Mapping[str, Callable[[Numbers, Numbers], Numbers]], place: Track, attitude: Track, rate: Track,
+           stretches: Sequence[tuple[float, float]], biased: bool) -> dict[str, tuple[float, float, Numbers, Numbers]]:
+    """By axes, at the clocks' shift that suits them best: how far the rate is off (rms), how far it went, each, and its turns."""
+    found: dict[str, tuple[float, float, Numbers, Numbers]] = {}
+    for axes, turn in tries.items():
+        for shift in SHIFTS_S:
+            moved, way, turns = _compared(place, attitude, rate, stretches, shift, turn)
+            off = way - moved
+            if len(off) > 10 and (rms := _rms(off - biased * off.mean(axis=0))) < found.get(axes, (np.inf,))[0]:
+                found[axes] = rms, _rms(moved), off, turns
+    return found
 
 
 def _rms(values: Numbers) -> float:

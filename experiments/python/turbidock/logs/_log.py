@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..scenario import Scenario
-from ._checks import check_table, check_turn_rate, check_velocity
+from ._checks import check_table, check_turn_rate, check_velocity, without_repeats
 from .._rotation import conjugate, product, quaternion_of, rotated, turned, vector_of
 from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, has, read_motion,
                      without_zeros, write_motion)
@@ -79,6 +79,8 @@ class Log:
     def __init__(self, motion: Mapping[str, npt.ArrayLike], scenario: Scenario, name: str = "motion") -> None:
         table, self.notes = without_zeros(check_motion(motion, name))
         check_table(table, name)
+        table, notes = without_repeats(table, name)
+        self.notes += notes
         self.name = name
         self.clock_begin_s = float(table["time_s"][0])
         time_s = table["time_s"] - self.clock_begin_s

@@ -16,6 +16,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from .._core import ConfigError
+from .motion import check_once
 
 MAVLINK = "MAVLink"  # the type of ArduSub's messages, whose times are those of their log
 # Of DataFlash messages, where the log itself does not say it (before ArduPilot 4.0).
@@ -37,6 +38,7 @@ def opened(files: Sequence[str], types: Mapping[str, str] = {}) -> Iterator[tupl
     name = ", ".join(files)
     if missing := [file for file in files if not os.path.exists(file)]:
         raise ConfigError(f"{missing[0]}: no such file")
+    check_once(files)
     of_ardusub = [file.lower().endswith((".bin", ".tlog")) for file in files]
     if all(of_ardusub):
         said: list[str] = []

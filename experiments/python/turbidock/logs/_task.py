@@ -14,7 +14,7 @@ from ..scenario import Path, Scenario, scenario_of
 from ._log import Log, Window, errors
 from ._output_error import Part, Problem
 from ._parameters import FINDS, Parameter, parameters_of, still
-from .motion import WATER, read_motion
+from .motion import WATER, check_once, read_motion
 
 MotionLike = Union[Path, Mapping[str, npt.ArrayLike]]
 
@@ -22,6 +22,10 @@ WINDOW_S = 5.0
 SHORT_S, MUCH_BETTER = 2.0, 0.6  # windows that tell how thrusters are wired, and by how much
 BEFORE_S = 0.3  # of a window's state before its first measurement: the clocks may be off by as much
 FARTHEST_S = 2.0  # by which the poses' clock may be off
+# How else poses are written: signs and order that make them ours.
+OTHERWISE = {"position": (("vehicle_x_m and vehicle_y_m look exchanged", 1, [1, 0, 2]),),
+             "attitude": (("vehicle_qw to vehicle_qz look like x, y, z, w (ROS, SciPy)", 1, [3, 0, 1, 2]),
+                          ("vehicle_qw to vehicle_qz look like the attitude of W in B", [1, -1, -1, -1], [0, 1, 2, 3]))}
 
 
 class Task:
@@ -37,13 +41,14 @@ class Task:
         if not set(find) <= set(FINDS):
             raise ValueError(f"find must be of {', '.join(FINDS)}, not {', '.join(find)}")
         self.find = [name for name in FINDS if name in find or name == "current" and water == "steady"]
-        if workers is not None and workers < 1 or thrust_std < 0:
-            raise _core.ConfigError("workers must be at least 1, thrust_std at least 0")
+        if workers is not None and workers < 1 or not 0 <= thrust_std < np.inf:
+            raise _core.ConfigError(f"workers must be at least 1, thrust_std a number of at least 0, not {workers or 1} and {thrust_std}")
         self.scenario = scenario_of(scenario)
         self.names = [os.path.basename(os.fspath(log)) if isinstance(log, (str, os.PathLike)) else f"log {i + 1}"
                       for i, log in enumerate(given)]
         self.logs = [Log(read_motion(log) if isinstance(log, (str, os.PathLike)) else log, self.scenario, name)
                      for log, name in zip(given, self.names)]
+        check_once([os.fspath(log) for log in given if not isinstance(log, Mapping)])
         self.folder = tempfile.TemporaryDirectory(prefix="turbidock_")
         scenarios = [still(self.scenario, self._series(log)) for log in self.logs]
         onboard = any(sensor.delay == "delay.onboard" for log in self.logs for sensor in log.sensors)
@@ -70,21 +75,27 @@ class Task:
         log.set_offset(best if abs(best) > BEFORE_S / 2 and costs[best] < 0.8 * costs.get(0.0, np.inf) else 0.0)
 
     def _check_wiring(self, log: Log, scenario: Scenario, workers: int) -> None:
-        """ConfigError where the vehicle as it is known before moves much more like the log with a thruster reversed, or with two
-        exchanged."""
+        """ConfigError where the vehicle as it is known before moves much more like the log with a thruster reversed, with two
+        exchanged, or with its poses written otherwise."""
         problem = Problem([log], [scenario], [], workers)
         given, names = log.commands, [name for name in log.commands if name != "time_s"]
         plain, costs = _cost_before(problem, log, SHORT_S), {}
         for i, one in enumerate(names):
-            tries = {f"{one[:-2]} looks reversed": {one: 5 - given[one]}}
-            tries |= {f"{one[:-2]} and {other[:-2]} look exchanged": {one: given[other], other: given[one]} for other in names[:i]}
+            tries = {f"thruster {one[:-2]} looks reversed": {one: 5 - given[one]}}
+            tries |= {f"thruster {one[:-2]} and {other[:-2]} look exchanged": {one: given[other], other: given[one]} for other in names[:i]}
             for words, change in tries.items():
                 log.commands = given | change
                 costs[words] = _cost_before(problem, log, SHORT_S)
         log.commands = given
+        for sensor in log.sensors:
+            values = sensor.values
+            for words, signs, order in OTHERWISE.get(sensor.kind, ()) if sensor.delay == "delay.pose" else ():
+                sensor.values = values[:, order] * signs
+                costs[words] = _cost_before(problem, log, SHORT_S)
+            sensor.values = values
         best = min(costs, key=lambda words: costs[words])
         if costs[best] < MUCH_BETTER * plain:
-            raise _core.ConfigError(f"{log.name}: thruster {best}: so the motion of {SHORT_S:g} s is predicted to "
+            raise _core.ConfigError(f"{log.name}: {best}: so the motion of {SHORT_S:g} s is predicted to "
                                     f"{costs[best]:.1f} times the noise, as it stands to {plain:.1f} times")
 
     def _series(self, log: Log) -> str:

@@ -23,6 +23,7 @@ result.json and resolved.yaml are attached. Needs `pip install '.[logs]'`.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import csv
 import io
 import json
@@ -53,7 +54,7 @@ from .._rotation import product, rotated
 from ..results import Result
 from ..scenario import Path, Scenario
 from ..trial import Trial
-from .motion import Motion, read_motion
+from .motion import Motion, read_motion, whole_file
 
 # x, y, z [m], qw, qx, qy, qz
 Place = Sequence[float]
@@ -68,28 +69,25 @@ class McapFile:
     """An MCAP file that is being written; it has its name once it is whole. Times are nanoseconds."""
 
     def __init__(self, file: Path, profile: str = "") -> None:
-        self._name = os.fspath(file)
         self._types: dict[str, type[Message]] = {}
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
+        self._file = whole_file(file)
         try:
-            self._stream = open(self._name + ".part", "wb")
+            self._writer = Writer(self._file.__enter__())
         except OSError as error:
-            raise _core.ConfigError(f"{self._name}: {error.strerror}") from None
-        self._writer = Writer(self._stream)
+            raise _core.ConfigError(f"{os.fspath(file)}: {error.strerror}") from None
         self._writer.start(profile=profile, library=f"turbidock {_core.version()}")
 
     def __enter__(self) -> McapFile:
         return self
 
-    def __exit__(self, kind: object, *_: object) -> None:
-        if kind is None:
+    def __exit__(self, _: object, error: BaseException | None, *__: object) -> None:
+        with contextlib.ExitStack() as stack:
+            stack.push(self._file)
+            if error is not None:
+                raise error
             self._writer.finish()  # type: ignore[no-untyped-call]
-        self._stream.close()
-        if kind is None:
-            os.replace(self._name + ".part", self._name)
-        else:
-            os.remove(self._name + ".part")
 
     def write(self, topic: str, message: Message, log_ns: int, stamp_ns: int | None = None) -> None:
         """A message, published at its stamp: when it was logged unless given."""

@@ -24,9 +24,12 @@ says (a camera's), and commands on another clock than the motion, are for `ident
 
 from __future__ import annotations
 
+import contextlib
 import csv
+import filecmp
+import itertools
 import os
-from typing import Iterable, Mapping, Union
+from typing import IO, Any, Iterable, Iterator, Mapping, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -82,10 +85,29 @@ def write_motion(motion: Mapping[str, npt.ArrayLike], file: Union[str, "os.PathL
     table = check_motion(motion, "motion")
     rows = zip(*table.values())
     lines = [",".join(table), *(",".join("" if np.isnan(value) else repr(float(value)) for value in row) for row in rows)]
+    with whole_file(file) as text:
+        text.write(("\n".join(lines) + "\n").encode())
+
+
+@contextlib.contextmanager
+def whole_file(file: Union[str, "os.PathLike[str]"]) -> Iterator[IO[bytes]]:
+    """A file that has its name once it is whole; of one that fails nothing is left."""
     name = os.fspath(file)
-    with open(name + ".part", "w", encoding="utf-8") as text:
-        text.write("\n".join(lines) + "\n")
-    os.replace(name + ".part", name)
+    try:
+        with open(name + ".part", "wb") as stream:
+            yield stream
+        os.replace(name + ".part", name)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.remove(name + ".part")
+        raise
+
+
+def check_once(files: Sequence[str]) -> None:
+    """ConfigError for a log that is given twice, also as a copy: it would seem to tell more than it does."""
+    for one, other in itertools.combinations(files, 2):
+        if os.path.samefile(one, other) or all(map(os.path.isfile, (one, other))) and filecmp.cmp(one, other, False):
+            raise ConfigError(f"{other}: is {one} once more; give each log once")
 
 
 def check_motion(motion: Mapping[str, npt.ArrayLike], name: str = "motion") -> Motion:
