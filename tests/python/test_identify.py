@@ -236,6 +236,35 @@ def test_windows_disagree_where_they_ask_for_other_parameters():
     assert windows(0.3, 1) > 20
 
 
+def test_intervals_are_those_of_noise_that_hangs_together():
+    """Ten windows of white noise and of a swell of 25 rows, with a state of two numbers each; parameters that are told at the swell's
+    period and far from it. The deviations of 200 estimates are those that are said, where white noise alone would say much less."""
+    rng = np.random.default_rng(5)
+    t = np.arange(65)
+    by_state = np.zeros((65, 12))
+    by_state[:, 3], by_state[:, 6] = 1, t / 65
+    by_z = [np.stack([np.cos(2 * np.pi * t / period + rng.uniform(0, 6)) for period in (27, 22, 6, 3)], axis=1) for _ in range(10)]
+    parts = [_output_error.Part(None, None, np.zeros(13) + (np.arange(13) == 3)) for _ in range(10)]
+    guesses = [part.state for part in parts]
+
+    def windows(residuals):
+        return [_output_error.Linear(r, z, by_state, {"position": r[:, None]}, {"position": np.ones(65)}, 0)
+                for r, z in zip(residuals, by_z)]
+
+    found, said = [], []
+    for _ in range(200):
+        noise = rng.standard_normal((10, 65)) + 2 * np.sin(2 * np.pi * t / 25 + rng.uniform(0, 2 * np.pi, (10, 1)))
+        begun = _output_error.reduce(windows(noise), parts, guesses)
+        found.append(-np.linalg.solve(begun.information + np.eye(4), begun.gradient))
+        left = [r + z @ found[-1] - by_state @ np.linalg.solve(inner, force + cross @ found[-1])
+                for r, z, (inner, cross, force) in zip(noise, by_z, begun.windows)]
+        linear = windows(left)
+        said.append(np.diag(_output_error.covariance_of(linear, _output_error.reduce(linear, parts, guesses))))
+    share = np.sqrt(np.mean(said, axis=0)) / np.std(found, axis=0)
+    white = np.sqrt(np.diag(np.linalg.inv(begun.information + np.eye(4)))) / np.std(found, axis=0)
+    assert (abs(share - 1) < 0.25).all() and (white[:2] < 0.25).all() and (abs(white[2:] - 1) < 0.25).all(), (share, white)
+
+
 def test_the_vehicles_file_is_what_was_found(simulated, tmp_path):
     _, _, fit = simulated
     shutil.copy(pathlib.Path(_core.data_dir()) / "models/vehicle.xml", tmp_path / "mine.xml")

@@ -6,8 +6,8 @@ until they lead no further, as a flight without them costs a thirtieth; at the e
 
 Prior: every z is normal, 0 and 1 (_parameters.py). Noise: normal, of a standard deviation for each sensor that is found from
 the residuals; measurements that no noise explains lose their weight (Huber 1981), then all of it, but in a window of which half
-would go: there it is the state that is wrong. Residuals that hang together from row to row, which is what a wrong model leaves,
-widen the intervals by their correlation time (Maine and Iliff, NASA RP-1168, 1986)."""
+would go: there it is the state that is wrong. Residuals that hang together from row to row, which is what a wrong model or waves
+leave, widen each interval by what they are at the frequencies that tell its parameter."""
 
 from __future__ import annotations
 
@@ -33,6 +33,8 @@ TICKS, FEWER_TICKS = 6, 4  # of physics a frame; the error is in proportion to t
 LEVER = ("lever.ahead", "lever.left", "lever.above")
 SUSPECT, IMPOSSIBLE = 2.5, 6.0  # standard deviations
 MOST = 0.5  # of a window that may be impossible
+WRONG, HARDLY = 4.0, 0.05  # cost of a measurement, and share of it gained by fresh slopes: a model that is wrong, not yet to be found
+BANDS = np.array([0, 1, 2, 3, 4, 5, 6, 8, 10, 13, 17, 22, 30])  # of residuals' spectra, half periods in a window
 LEADS_ON, CONVERGED = 3.0, 0.1  # gain of the cost, in variances, by old slopes and by fresh ones
 
 
@@ -84,6 +86,8 @@ class Problem:
                                                   if log_sensor.kind == sensor.kind])) for log in logs for sensor in log.sensors}
         self.held = np.zeros(len(self.parameters), bool)  # stay where they are
         self.reject = False
+        self.coarse = False  # flights are not extrapolated
+        self.old: list[Slopes] = []  # with which the last solve ended
 
     def values(self, z: Numbers) -> dict[str, float]:
         return {parameter.name: parameter.value(z[i]) for i, parameter in enumerate(self.parameters)}
@@ -139,25 +143,23 @@ class Problem:
                     found[i]["position"][:, :3] += rotated(found[i]["position"][:, 3:7], lever)
         return found
 
-    def slopes(self, parts: Sequence[Part], z: Numbers, with_z: bool = True) -> list[Slopes]:
-        """Of every window's errors, about the parameters and its state."""
-        models = [z]
+    def slopes(self, parts: Sequence[Part], z: Numbers, first: int = 0, state: bool = True) -> list[Slopes]:
+        """Of every window's errors, about the parameters from the first on and, unless zero will do, its state."""
+        models, free, count = [z], range(3, FREE if state else 3), len(parts)  # a vehicle elsewhere moves likewise
+        physical = [at for at in self.physical if at >= first]
         flights: list[tuple[int, int, Numbers]] = [(0, i, part.state) for i, part in enumerate(parts)]
-        for i, part in enumerate(parts):
-            for k in range(3, FREE):  # a vehicle elsewhere moves likewise
-                flights.append((0, i, moved(part.state, STEP * (np.arange(FREE) == k))))
-        if with_z:
-            for at in self.physical:
-                models.append(z + STEP_Z * (np.arange(len(z)) == at))
-                flights += [(len(models) - 1, i, part.state) for i, part in enumerate(parts)]
+        for k in free:
+            flights += [(0, i, moved(part.state, STEP * (np.arange(FREE) == k))) for i, part in enumerate(parts)]
+        for at in physical:
+            models.append(z + STEP_Z * (np.arange(len(z)) == at))
+            flights += [(len(models) - 1, i, part.state) for i, part in enumerate(parts)]
         simulated = self.fly(parts, z, flights, models, coarse=True)
-        count = len(parts)
-        return [self._slopes(part, simulated[i], simulated[count + i * (FREE - 3):count + (i + 1) * (FREE - 3)],
-                             [simulated[count * (FREE - 2) + k * count + i] for k in range(len(models) - 1)])
+        return [self._slopes(part, simulated[i], simulated[count + i:count * (1 + len(free)):count],
+                             dict(zip(physical, simulated[count * (1 + len(free)) + i::count])))
                 for i, part in enumerate(parts)]
 
     def _slopes(self, part: Part, base: dict[str, Numbers], by_state: list[dict[str, Numbers]],
-                by_z: list[dict[str, Numbers]]) -> Slopes:
+                by_z: dict[int, dict[str, Numbers]]) -> Slopes:
         found = {}
         for sensor in part.log.sensors:
             kind, rows = sensor.kind, part.window.rows[sensor.kind]
@@ -171,7 +173,7 @@ class Problem:
             for k, simulated in enumerate(by_state):
                 change[:, 3 + k] = (errors(kind, simulated[kind], measured) - off).ravel() / STEP[3 + k]
             told = np.zeros((off.size, len(self.parameters)))
-            for at, simulated in zip(self.physical, by_z):
+            for at, simulated in by_z.items():
                 told[:, at] = (errors(kind, simulated[kind], measured) - off).ravel() / STEP_Z
             self._by_delay(sensor, rows, base[kind], told)
             for axis, name in enumerate(LEVER if kind == "position" else ()):
@@ -183,7 +185,7 @@ class Problem:
 
     def linear(self, parts: Sequence[Part], z: Numbers, slopes: Sequence[Slopes]) -> list[Linear]:
         """Every window's errors at these parameters and its state, with slopes from near there."""
-        simulated = self.fly(parts, z, [(0, i, part.state) for i, part in enumerate(parts)], [z])
+        simulated = self.fly(parts, z, [(0, i, part.state) for i, part in enumerate(parts)], [z], self.coarse)
         return [self._linear(part, states, slope) for part, states, slope in zip(parts, simulated, slopes)]
 
     def _linear(self, part: Part, states: dict[str, Numbers], slopes: Slopes) -> Linear:
@@ -264,7 +266,7 @@ def share_of_noise(problem: Problem, parts: Sequence[Part], z: Numbers, reduced:
     shaken = [Part(part.log, part.window, moved(part.state, np.asarray(np.linalg.solve(
         np.linalg.cholesky(inner).T, rng.standard_normal(FREE)), float))) for part, (inner, _, _) in zip(parts, reduced.windows)]
     seeming = np.zeros(len(z))
-    for one, other, (inner, _, _) in zip(linear, problem.linear(shaken, z, problem.slopes(shaken, z)), reduced.windows):
+    for one, other, (inner, _, _) in zip(linear, problem.linear(shaken, z, problem.slopes(shaken, z, state=False)), reduced.windows):
         change = other.by_z - one.by_z
         cross = one.by_state.T @ change
         seeming += (change**2).sum(axis=0) - (cross * np.linalg.solve(inner, cross)).sum(axis=0)
@@ -281,28 +283,31 @@ def difference(state: Numbers, guess: Numbers) -> Numbers:
 
 
 def solve(problem: Problem, parts: list[Part], z: Numbers, *, with_z: bool = True, most: int = 20,
-          enough: float = CONVERGED) -> tuple[Numbers, Reduced, list[Linear]]:
+          enough: float = CONVERGED, slopes: list[Slopes] = []) -> tuple[Numbers, Reduced, list[Linear]]:
     """The parameters and states of least error, by slopes that are taken at most so often, until fresh ones gain less than
-    `enough`; `parts` get their states. With `with_z` off the parameters stay."""
+    `enough`; `parts` get their states. With `with_z` off the parameters stay. `slopes`: of near there, to begin with."""
     guesses = [np.array(part.state) for part in parts]
     damping = 1e-3
     for _ in range(most):
         damping = min(damping, 1e-2)
-        slopes = problem.slopes(parts, z, with_z)
+        slopes = slopes or problem.slopes(parts, z, 0 if with_z else len(z))
         linear = problem.linear(parts, z, slopes)
         for part, one in zip(parts, linear):
             if not (np.isfinite(one.cost) and np.isfinite(one.by_z).all() and np.isfinite(one.by_state).all()):
                 begin_s = part.window.first_s + part.log.clock_begin_s
                 raise _core.ConfigError(f"{part.log.name}: a prediction from {begin_s:.1f} s on leaves all bounds: are the thrusters' "
                                         "places, signs and strengths those of the MJCF?")
-        gain, first = np.inf, 0.0
-        while gain >= LEADS_ON:
+        # What is gained counts by what is left in most windows, which of a wrong model is more than noise.
+        left = max(1.0, float(np.median([one.cost / len(one.residual) for one in linear])))
+        gain, gains, begin = np.inf, [0.0], _cost(linear, parts, guesses, z)
+        while gain >= LEADS_ON * left:
             found = _step(problem, parts, z, guesses, linear, slopes, damping, with_z)
             if found is None:
                 break
             gain, z, linear, damping = found
-            first = first or gain
-        if first < enough:
+            gains.append(gain)
+        problem.old, slopes = slopes, []
+        if gains[:2][-1] < enough * left or left > WRONG and sum(gains) < HARDLY * begin:
             break
     return z, reduce(linear, parts, guesses), linear
 
@@ -313,7 +318,7 @@ def _step(problem: Problem, parts: list[Part], z: Numbers, guesses: list[Numbers
     before = _cost(linear, parts, guesses, z)
     bounds = np.array([parameter.z_bounds() for parameter in problem.parameters]).reshape(-1, 2)
     old = [part.state for part in parts]
-    for _ in range(8):
+    for tried in range(8):
         reduced = reduce(linear, parts, guesses, damping)
         normal = reduced.information + np.eye(len(z))
         normal += damping * np.diag(np.diag(normal))
@@ -325,7 +330,7 @@ def _step(problem: Problem, parts: list[Part], z: Numbers, guesses: list[Numbers
         trial = problem.linear(parts, new_z, slopes)
         cost = _cost(trial, parts, guesses, new_z)
         if np.isfinite(cost) and cost <= before * (1 + 1e-9):
-            return before - cost, new_z, trial, damping * 0.2
+            return before - cost, new_z, trial, damping * (1 if tried else 0.2)
         damping = max(damping, 1e-3) * 10
         for part, state in zip(parts, old):
             part.state = state
@@ -373,6 +378,36 @@ def disagreement(linear: Sequence[Linear], reduced: Reduced) -> float:
         variance += 2 * float((free * free.T).sum())
     spread = variance / (9 * mean**2)
     return float(((found / mean) ** (1 / 3) - 1 + spread) / np.sqrt(spread))
+
+
+def covariance_of(linear: Sequence[Linear], reduced: Reduced) -> Numbers:
+    """Of the parameters, with what is left as it hangs together (Morelli and Klein, J. Guidance 20, 1997): by sensor the spectrum of
+    its residuals, in cosines over a window, of which the fit took a part that is known (Whittle's likelihood; Lucy 1974)."""
+    inverse = np.linalg.inv(reduced.information + np.eye(len(reduced.information)))
+    took, bands = np.zeros((FREE + len(inverse),) * 2), len(BANDS)
+    took[FREE:, FREE:] = inverse
+    power = {kind: np.zeros(bands) for one in linear for kind in one.raw}
+    mixed = {kind: 1e-12 * np.eye(bands) for kind in power}
+    pulls = []
+    for one, (inner, cross, _) in zip(linear, reduced.windows):
+        took[:FREE, :FREE] = np.linalg.inv(inner)
+        rest = np.column_stack([one.by_state, one.by_z - one.by_state @ np.linalg.solve(inner, cross), one.residual])
+        for kind, raw in one.raw.items():
+            by, rest = np.split(rest, [raw.size])
+            at = np.arange(len(raw))
+            cosines = np.sqrt(np.where(at == 0, 1, 2) / len(raw))[:, None] * np.cos(np.pi * np.outer(at, at + 0.5) / len(raw))
+            band = np.equal.outer(np.arange(bands), np.searchsorted(BANDS, at, side="right") - 1).astype(float)
+            by = (cosines @ by.reshape(len(raw), -1)).reshape(by.shape)
+            left = (np.eye(len(by)) - by[:, :-1] @ took @ by[:, :-1].T).reshape(raw.shape * 2)
+            power[kind] += band @ (by[:, -1].reshape(raw.shape)**2).sum(axis=1)
+            mixed[kind] += band @ (left**2).sum(axis=(1, 3)) @ band.T
+            pulls.append((kind, by[:, FREE:-1], np.repeat(band, raw.shape[1], axis=1)))
+    spectrum = {kind: np.ones(bands) for kind in power}
+    for kind, each in mixed.items():
+        for _ in range(300):
+            spectrum[kind] *= each.T @ (power[kind] / np.maximum(each @ spectrum[kind], 1e-300)) / each.sum(axis=0)
+    scatter = sum((pull.T @ ((spectrum[kind] @ band)[:, None] * pull) for kind, pull, band in pulls), np.eye(len(inverse)))
+    return np.asarray(inverse @ scatter @ inverse)
 
 
 def correlation_time(linear: Sequence[Linear]) -> float:

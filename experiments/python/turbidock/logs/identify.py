@@ -28,14 +28,14 @@ import numpy.typing as npt
 from .. import _core
 from ..scenario import Path, Scenario, scenario_of
 from ._log import errors
-from ._output_error import (LEADS_ON, Linear, Numbers, Part, Reduced, correlation_time, disagreement, noise, reduce,
-                            share_of_noise, solve)
+from ._output_error import (LEADS_ON, Linear, Numbers, Part, correlation_time, covariance_of, disagreement, noise, reduce, share_of_noise,
+                            solve)
 from ._parameters import AXES, FINDS, Parameter, data_of, parameters_to_find, plain_vehicle
 from .._rotation import angles_of, product, turned
 from ._task import BEFORE_S, WINDOW_S, MotionLike, Task, fitted
 from ._vehicle_file import vehicle_yaml
 from .excitation import drift, plan
-from .motion import write_motion
+from .motion import whole_file, write_motion
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -47,6 +47,8 @@ CORRELATED = 0.9
 SURE = 3.1  # standard deviations: of a thousand tests one is beyond by chance
 LEAD_S = 4.0  # of a held-out window, from which its state is known
 AHEAD_S = 5.0  # of its prediction
+NO_OFFER = ("; none of what logs often have explains it: where the water moves, log it as water_x_mps, water_y_mps, water_z_mps, or fly "
+            "where it stands")
 UNITS = {"position": "x, y, z [m]", "attitude": "roll, pitch, yaw [rad]", "velocity": "surge, sway, heave [m/s]",
          "turn_rate": "turn rates [rad/s]", "depth": "depth [m]"}
 
@@ -171,10 +173,8 @@ class Fit:
             comments[parameter.name] = "not told, kept" if not self.told(parameter.name) else (
                 f"{self.value(parameter.name):.4g} " + ("(not to be believed)" if self.doubt else f"({low:.4g} to {high:.4g})"))
         text = vehicle_yaml(self.scenario, self.data(), comments, f"{self.source}, {datetime.date.today().isoformat()}")
-        name = os.fspath(file)
-        with open(name + ".part", "w", encoding="utf-8") as out:
-            out.write(text)
-        os.replace(name + ".part", name)
+        with whole_file(file) as out:
+            out.write(text.encode())
 
     def plot(self) -> matplotlib.figure.Figure:
         """What every sensor measured and what is predicted, and the residuals, over the windows."""
@@ -227,9 +227,11 @@ def inform(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *
     task = Task(logs, scenario, water, thrust_std, workers, find)
     parts = task.parts(0)
     z = np.zeros(len(task.parameters))
-    _, reduced, _ = solve(task.problem, parts, z, with_z=False, most=6)
+    solve(task.problem, parts, z, with_z=False, most=6)
     linear = task.problem.linear(parts, z, task.problem.slopes(parts, z))
-    return _information(task, parts, z, (reduce(linear, parts, [part.state for part in parts]), linear), 1)
+    reduced = reduce(linear, parts, [part.state for part in parts])
+    covariance = np.asarray(np.linalg.inv(reduced.information + np.eye(len(z))), float)
+    return _information(task, parts, share_of_noise(task.problem, parts, z, reduced, linear), covariance)
 
 
 def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, water: str = "still", find: Collection[str] = (),
@@ -241,23 +243,25 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
     problem, parts = task.problem, task.parts(held_out)
     z = np.zeros(len(task.parameters))
     for most in (8, 3):
-        z, reduced, linear = solve(problem, parts, z, most=most, enough=LEADS_ON)
+        problem.coarse = most == 8
+        z, reduced, linear = solve(problem, parts, z, most=most, enough=LEADS_ON, slopes=problem.old)
         problem.std = noise(problem, linear, parts)
         problem.reject = True
     if believed := disagreement(linear, reduced) < SURE:
-        z, reduced, linear = solve(problem, parts, z, most=3, enough=LEADS_ON)
+        z, reduced, linear = solve(problem, parts, z, most=3, enough=LEADS_ON, slopes=problem.old)
         problem.std = noise(problem, linear, parts)
         z, reduced, linear = solve(problem, parts, z, most=6)
+    free, share = z, share_of_noise(problem, parts, z, reduced, linear)
     while True:  # what is not told stands at its value before, and the rest is fitted to that
-        known = _information(task, parts, z, (reduced, linear), correlation_time(linear))
+        known = _information(task, parts, share, covariance_of(linear, reduced))
         moved = ~np.array(known.told()) & ~problem.held & (z != 0)
         problem.held |= moved
         z = np.where(problem.held, 0, z)
         if not moved.any() or not believed:
             break
-        z, reduced, linear = solve(problem, parts, z, most=2)
+        z, reduced, linear = solve(problem, parts, z, most=2, slopes=problem.old)
     apart = disagreement(linear, reduced)
-    doubt = "" if believed and apart < SURE else _doubt(task, parts, z, linear, apart)
+    doubt = "" if believed and apart < SURE else _doubt(task, parts, free, linear, apart)
     weights = np.concatenate([weight for one in linear for weight in one.weight.values()])
     return Fit(task.scenario, task.parameters, z, known, problem.std, correlation_time(linear),
                float((weights == 0).mean()), {} if doubt else _validate(task, z, held_out), task.source(),
@@ -281,7 +285,9 @@ def _offer(task: Task, parts: list[Part], z: Numbers, apart: float) -> str:
     problem = task.with_more([parameter for each in more.values() for parameter in each])
     known = len(task.parameters)
     start = np.append(z, np.zeros(len(problem.parameters) - known))
-    linear = problem.linear(parts, start, problem.slopes(parts, start))
+    slopes = [{kind: (np.hstack([old[kind][0], by_z[:, known:]]), old[kind][1]) for kind, (by_z, _) in new.items()}
+              for old, new in zip(task.problem.old, problem.slopes(parts, start, known, state=False))]
+    linear = problem.linear(parts, start, slopes)
     reduced = reduce(linear, parts, [part.state for part in parts])
     normal, force, count = reduced.information + np.eye(len(start)), reduced.gradient + start, sum(len(one.residual) for one in linear)
     at = np.cumsum([known] + [len(each) for each in more.values()])
@@ -289,12 +295,13 @@ def _offer(task: Task, parts: list[Part], z: Numbers, apart: float) -> str:
     scores = {name: float(force[free] @ np.linalg.solve(normal[np.ix_(free, free)], force[free])) - len(free) * np.log(count)
               for name, free in tried.items()}
     if not (best := max(scores, key=lambda name: scores[name])):
-        return ""
+        return NO_OFFER
     problem = task.with_more(more[best])
-    with_it, reduced, linear = solve(problem, parts, np.append(z, np.zeros(len(more[best]))), most=3, enough=LEADS_ON)
+    slopes = [{kind: (by_z[:, tried[best]], by_state) for kind, (by_z, by_state) in each.items()} for each in slopes]
+    with_it, reduced, linear = solve(problem, parts, np.append(z, np.zeros(len(more[best]))), most=2, enough=LEADS_ON, slopes=slopes)
     after = disagreement(linear, reduced)
     values = ", ".join(f"{one.name} {one.value(to):.3g} {one.unit}" for one, to in zip(more[best], with_it[known:]))
-    return "" if after > 0.5 * apart else f"; with {FINDS[best]} they agree{'' if after < SURE else ' more'}: {values}"
+    return NO_OFFER if after > 0.5 * apart else f"; with {FINDS[best]} they agree{'' if after < SURE else ' more'}: {values}"
 
 
 def _compared(kind: str, parts: Sequence[Part], linear: Sequence[Linear]) -> tuple[Numbers, Numbers]:
@@ -310,14 +317,10 @@ def _compared(kind: str, parts: Sequence[Part], linear: Sequence[Linear]) -> tup
     return np.concatenate(measured), np.concatenate(predicted)
 
 
-def _information(task: Task, parts: Sequence[Part], z: Numbers, found: tuple[Reduced, list[Linear]], rows: float
-                 ) -> Information:
-    reduced, linear = found
-    covariance = np.linalg.inv(reduced.information / rows + np.eye(len(task.parameters)))
+def _information(task: Task, parts: Sequence[Part], share: Numbers, covariance: Numbers) -> Information:
     std = np.sqrt(np.diag(covariance))
     duration = sum(part.window.last_s - part.window.first_s for part in parts)
-    return Information(task.parameters, std, covariance / np.outer(std, std),
-                       share_of_noise(task.problem, parts, z, reduced, linear), len(parts), duration, task.problem.held,
+    return Information(task.parameters, std, covariance / np.outer(std, std), share, len(parts), duration, task.problem.held,
                        [note for log in task.logs for note in log.notes])
 
 
