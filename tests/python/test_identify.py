@@ -131,7 +131,7 @@ def test_a_plot_compares_what_was_measured(simulated):
     _, log, fit = simulated
     angles = np.random.default_rng(1).uniform(-1.5, 1.5, (20, 3))
     assert np.allclose(_rotation.angles_of(_rotation.quaternion_of(*angles.T)), angles)
-    for kind, (measured, predicted) in fit.compared.items():
+    for kind, (measured, predicted, _) in fit.compared.items():
         rate = np.sqrt(np.mean((predicted - measured) ** 2)) / fit.noise[kind]
         assert 0.9 < rate < 1.1 and np.ptp(measured) > 50 * fit.noise[kind], kind
     assert np.isin(fit.compared["position"][0][:, 0], log["vehicle_x_m"]).all()
@@ -168,6 +168,14 @@ def test_a_window_with_a_bad_first_state_is_repaired_not_rejected(scenario, comm
     for one in linear:
         assert min(weight.mean() for weight in one.weight.values()) > 0.95
         assert np.sqrt((one.raw["position"] ** 2).mean()) < 1.2 * logs.NOISE_M
+
+
+def test_water_that_was_measured_stays_where_a_current_is_tried(scenario, commands):
+    log = logs.log_of(scenario, {}, {name: column[:150] for name, column in commands.items()}, np.random.default_rng(7))
+    task = _task.Task(log | {f"water_{axis}_mps": np.full(len(log["time_s"]), 0.01) for axis in "xyz"}, scenario, "steady", 0, 1)
+    assert "water.x" in task.problem.index
+    slopes, = task.problem.slopes(task.parts(0)[:1], np.ones(len(task.parameters)))
+    assert not slopes["position"][0][:, task.problem.index["water.x"]].any() and slopes["position"][0].any()
 
 
 def test_a_prediction_that_leaves_all_bounds_is_one_line(scenario, commands):

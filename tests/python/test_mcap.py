@@ -130,6 +130,7 @@ def test_as_messages_of_ros_2_it_is_the_same_for_their_readers(trial, tmp_path):
                                "motion": {"odometry": "/tf[vehicle]",
                                           "commands": {"topic": "/commands", "field": volts, "columns": volts}}})
     assert len(bag.pairs) == len(found("/left/image")) > 2
+    assert bag.notes == ["/commands: its messages say no time, the log's is taken."]  # not of /tf, whose first stamp is 0, as it is logged
     for column in ["time_s", *volts, *(f"vehicle_{axis}" for axis in POSE)]:
         assert np.allclose(bag.motion[column], log[column], atol=1e-9), column
 

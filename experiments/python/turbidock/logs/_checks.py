@@ -59,10 +59,8 @@ def without_repeats(table: Motion, name: str) -> tuple[Motion, list[str]]:
         words = f"{name}: {group[0]} to {group[-1]} repeat the pose before in {len(again)} of {len(at) + 1} rows"
         if len(again) > max(0, len(at) - 9):
             raise ConfigError(f"{words}: they stand still, which no measurement does")
-        if len(again):
-            notes.append(f"{words}, first at {table['time_s'][again[0]]:.2f} s: no measurement, left out.")
-        for column in group if len(again) else ():
-            kept[column] = np.where(np.isin(np.arange(len(there)), again), np.nan, table[column])
+        notes += [f"{words}, first at {table['time_s'][first]:.2f} s: no measurement, left out." for first in again[:1]]
+        kept |= {column: np.where(np.isin(np.arange(len(there)), again), np.nan, table[column]) for column in group}
     return kept, notes
 
 

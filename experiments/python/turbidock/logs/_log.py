@@ -19,8 +19,7 @@ from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WA
 
 Numbers = npt.NDArray[np.float64]
 
-# x, y, z in W, w, x, y, z of R_WB, velocity in B, turn rate in B: the state of `_core.predict`
-STATE = 13
+STATE = 13  # x, y, z in W, w, x, y, z of R_WB, velocity in B, turn rate in B: as `_core.predict` has it
 MOST_HZ = 20.0  # measurements of a sensor: of more, means tell as much of a vehicle
 
 
@@ -91,10 +90,9 @@ class Log:
         self.sensors = _sensors(table, time_s, name)
         self.water = has(table, WATER)
         self.table = table
-        kinds = [sensor.kind for sensor in self.sensors]
-        if "attitude" not in kinds:
+        if self.sensor("attitude") is None:
             raise _core.ConfigError(f"{name}: has no attitude: vehicle_qw to vehicle_qz, or roll_rad, pitch_rad, yaw_rad")
-        if "position" not in kinds and "velocity" not in kinds:
+        if self.sensor("position") is None and self.sensor("velocity") is None:
             raise _core.ConfigError(f"{name}: has neither positions (vehicle_x_m, ...) nor velocities (surge_mps, ...)")
         self._compare()
 
@@ -131,11 +129,9 @@ class Log:
             begin, end = max(begin, sensor.time_s[0]), min(end, sensor.time_s[-1])
             gaps += _gaps(sensor.time_s, 0.5)
         found, at = [], begin
-        for gap_begin, gap_end in sorted(gaps):
-            if gap_begin > at:
-                found.append((at, min(gap_begin, end)))
+        for gap_begin, gap_end in [*sorted(gaps), (end, end)]:
+            found.append((at, min(gap_begin, end)))
             at = max(at, gap_end)
-        found.append((at, end))
         return [(a, b) for a, b in found if b > a]
 
     def windows(self, length_s: float, before_s: float, least_s: float = 2.0) -> list[Window]:
@@ -167,12 +163,10 @@ class Log:
         if position is not None:
             state[:3], velocity_W, _ = _parabola(position, time_s, span_s)
             state[7:10] = rotated(conjugate(state[3:7]), velocity_W)
-        depth = self.sensor("depth")
-        if depth is not None and position is None:
+        elif (depth := self.sensor("depth")) is not None:
             state[2] = -_parabola(depth, time_s, span_s)[0][0]
         for kind, part in (("velocity", slice(7, 10)), ("turn_rate", slice(10, 13))):
-            sensor = self.sensor(kind)
-            if sensor is not None:
+            if (sensor := self.sensor(kind)) is not None:
                 state[part] = _parabola(sensor, time_s, span_s)[0]
         return state
 

@@ -60,7 +60,7 @@ class Part:
 class Linear:
     """Residuals of one window and how they change: whitened, robustly weighted."""
 
-    residual: Numbers  # (n,)
+    residual: Numbers
     by_z: Numbers  # (n, parameters)
     by_state: Numbers  # (n, FREE)
     raw: dict[str, Numbers]  # errors by sensor, (rows, components)
@@ -93,9 +93,8 @@ class Problem:
         return {parameter.name: parameter.value(z[i]) for i, parameter in enumerate(self.parameters)}
 
     def _model(self, log: Log, z: Numbers, ticks: int) -> _core.Scenario:
-        values = self.values(z)
         at = self.logs.index(log)
-        made = scenario_with(self.scenarios[at], values, self.vehicles[at])._cpp
+        made = scenario_with(self.scenarios[at], self.values(z), self.vehicles[at])._cpp
         made.set([f"clock.ticks_per_frame={ticks}"])
         return made
 
@@ -125,12 +124,10 @@ class Problem:
                 order = np.argsort(joined, kind="stable")
                 times.append(joined[order])
                 orders.append((order, np.cumsum([0] + [len(one) for one in by_sensor])))
-            states, *finer = [_core.predict([self._model(log, models[model], ticks) for model in used_models], log.commands,
-                np.array([parts[part].window.begin_s for part in used]), times,
-                np.array([used_models.index(flights[i][0]) for i in mine]),
-                np.array([used.index(flights[i][1]) for i in mine]),
-                np.array([flights[i][2] for i in mine]).reshape(-1, STATE), self.workers)
-                for ticks in ((FEWER_TICKS,) if coarse else (FEWER_TICKS, TICKS))]
+            asked = (np.array([parts[part].window.begin_s for part in used]), times, np.array([used_models.index(flights[i][0]) for i in mine]),
+                     np.array([used.index(flights[i][1]) for i in mine]), np.array([flights[i][2] for i in mine]).reshape(-1, STATE))
+            states, *finer = [_core.predict([self._model(log, models[model], ticks) for model in used_models], log.commands, *asked,
+                                            self.workers) for ticks in ((FEWER_TICKS,) if coarse else (FEWER_TICKS, TICKS))]
             if finer:
                 states = [(TICKS * fine - FEWER_TICKS * rough) / (TICKS - FEWER_TICKS) for fine, rough in zip(finer[0], states)]
             for i, simulated in zip(mine, states):
@@ -154,8 +151,8 @@ class Problem:
             models.append(z + STEP_Z * (np.arange(len(z)) == at))
             flights += [(len(models) - 1, i, part.state) for i, part in enumerate(parts)]
         simulated = self.fly(parts, z, flights, models, coarse=True)
-        return [self._slopes(part, simulated[i], simulated[count + i:count * (1 + len(free)):count],
-                             dict(zip(physical, simulated[count * (1 + len(free)) + i::count])))
+        edge = count * (1 + len(free))
+        return [self._slopes(part, simulated[i], simulated[count + i:edge:count], dict(zip(physical, simulated[edge + i::count])))
                 for i, part in enumerate(parts)]
 
     def _slopes(self, part: Part, base: dict[str, Numbers], by_state: list[dict[str, Numbers]],
@@ -189,8 +186,7 @@ class Problem:
         return [self._linear(part, states, slope) for part, states, slope in zip(parts, simulated, slopes)]
 
     def _linear(self, part: Part, states: dict[str, Numbers], slopes: Slopes) -> Linear:
-        residual, z_rows, state_rows = [], [], []
-        raw, weights, cost = {}, {}, 0.0
+        rows, raw, weights, cost = [], {}, {}, 0.0
         for sensor in part.log.sensors:
             kind = sensor.kind
             off = errors(kind, states[kind], sensor.values[part.window.rows[kind]])
@@ -203,27 +199,20 @@ class Problem:
                 size = np.minimum(size, IMPOSSIBLE)
             cost += components * float(np.where(size <= SUSPECT, size**2, SUSPECT * (2 * size - SUSPECT)).sum())
             scale = np.repeat(np.sqrt(weight) / self.std[kind], components)
-            residual.append(off.ravel() * scale)
-            z_rows.append(slopes[kind][0] * scale[:, None])
-            state_rows.append(slopes[kind][1] * scale[:, None])
+            rows.append((off.ravel() * scale, *(each * scale[:, None] for each in slopes[kind])))
             raw[kind], weights[kind] = off, weight
-        return Linear(np.concatenate(residual), np.concatenate(z_rows), np.concatenate(state_rows), raw, weights, cost)
+        residual, by_z, by_state = (np.concatenate(each) for each in zip(*rows))
+        return Linear(residual, by_z, by_state, raw, weights, cost)
 
     def _by_delay(self, sensor: Sensor, rows: npt.NDArray[np.int64], base: Numbers, told: Numbers) -> None:
         """An older measurement is of an earlier state."""
         at = self.index.get(sensor.delay)
         if at is None or len(rows) < 3:
             return
-        times = sensor.time_s[rows]
-        if sensor.kind == "position":
-            rate = rotated(base[:, 3:7], base[:, 7:10])
-        elif sensor.kind == "attitude":
-            rate = base[:, 10:13]
-        elif sensor.kind == "depth":
-            rate = -rotated(base[:, 3:7], base[:, 7:10])[:, 2:3]
-        else:
-            part = base[:, 7:10] if sensor.kind == "velocity" else base[:, 10:13]
-            rate = np.gradient(part, times, axis=0)
+        times, along = sensor.time_s[rows], rotated(base[:, 3:7], base[:, 7:10])
+        rates = {"position": along, "attitude": base[:, 10:13], "depth": -along[:, 2:3]}
+        part = base[:, 7:10] if sensor.kind == "velocity" else base[:, 10:13]
+        rate = rates[sensor.kind] if sensor.kind in rates else np.gradient(part, times, axis=0)
         told[:, at] = (-rate * self.parameters[at].std).ravel()
         drift = self.index.get("delay.drift")
         if drift is not None and sensor.delay == "delay.pose":
@@ -275,11 +264,7 @@ def share_of_noise(problem: Problem, parts: Sequence[Part], z: Numbers, reduced:
 
 def difference(state: Numbers, guess: Numbers) -> Numbers:
     """The twelve degrees of freedom by which two states differ."""
-    by = np.empty(FREE)
-    by[:3] = state[:3] - guess[:3]
-    by[3:6] = errors("attitude", state, guess[3:7])
-    by[6:] = state[7:] - guess[7:]
-    return by
+    return np.concatenate([state[:3] - guess[:3], errors("attitude", state, guess[3:7]), state[7:] - guess[7:]])
 
 
 def solve(problem: Problem, parts: list[Part], z: Numbers, *, with_z: bool = True, most: int = 20,
@@ -345,18 +330,13 @@ def _cost(linear: Sequence[Linear], parts: Sequence[Part], guesses: Sequence[Num
 
 def noise(problem: Problem, linear: Sequence[Linear], parts: Sequence[Part]) -> dict[str, float]:
     """Standard deviation of each sensor's noise from the residuals, less what was fitted to them."""
-    found = {}
-    for kind, before in problem.std.items():
-        squares = count = 0.0
-        for one in linear:
-            if kind in one.raw:
-                good = one.weight[kind] >= 1
-                squares += float((one.raw[kind][good] ** 2).sum())
-                count += one.raw[kind][good].size
-        sensors = sum(len(one.raw) for one in linear) / max(len(linear), 1)
-        fitted = (FREE * len(parts) + len(problem.parameters)) / max(sensors, 1)
+    found = dict(problem.std)
+    fitted = (FREE * len(parts) + len(problem.parameters)) / np.mean([len(one.raw) for one in linear])
+    for kind in found:
         # A normal error is within SUSPECT of the mean of its components often enough to count as all of them.
-        found[kind] = np.sqrt(squares / max(count - fitted, 0.25 * count)) if count else before
+        good = np.concatenate([one.raw[kind][one.weight[kind] >= 1].ravel() for one in linear if kind in one.raw])
+        if good.size:
+            found[kind] = float(np.sqrt((good**2).sum() / max(good.size - fitted, 0.25 * good.size)))
     return found
 
 

@@ -9,7 +9,7 @@ from typing import Any, Collection, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from ..scenario import Scenario
+from ..scenario import Scenario, assignments_of
 
 Numbers = npt.NDArray[np.float64]
 
@@ -105,8 +105,7 @@ def parameters_to_find(name: str, added_mass: Sequence[float]) -> list[Parameter
 
 def plain_vehicle(scenario: Scenario) -> dict[str, Any]:
     """The scenario's vehicle as dicts and lists."""
-    made: dict[str, Any] = plain(scenario["vehicle"])
-    return made
+    return dict(plain(scenario["vehicle"]))
 
 
 def plain(value: Any) -> Any:
@@ -141,10 +140,8 @@ def data_of(vehicle: Mapping[str, Any], values: Mapping[str, float]) -> dict[str
     lifted = values.get("trim.buoyancy", buoyancy_newton(vehicle)) / GRAVITY_MPS2 + mass
     data["hydrodynamics.displaced_volume_m3"] = (lifted / hydro["water_density_kg_m3"] - sum(load["volume_m3"] for load in loads))
     centre = np.array(body["p_BBcm_m"], float)
-    offset = np.array(hydro["p_BBcb_m"], float) - centre
-    for i, name in enumerate(("ahead", "left", "above")):
-        offset[i] = values.get("trim.centre_" + name, offset[i])
-    data["hydrodynamics.p_BBcb_m"] = (centre + offset).tolist()
+    data["hydrodynamics.p_BBcb_m"] = [
+        at + values.get("trim.centre_" + name, before - at) for at, before, name in zip(centre.tolist(), hydro["p_BBcb_m"], ("ahead", "left", "above"))]
     scale, reverse = values.get("thrust.scale", 1.0), values.get("thrust.reverse", 1.0)
     if len(thrusters["table_volts"]):
         data["thrusters.table_thrust_newton"] = [
@@ -163,10 +160,8 @@ def scenario_with(scenario: Scenario, values: Mapping[str, float], vehicle: Mapp
     """The scenario with a vehicle of these values, in open water that is still but for the current. `vehicle`: its own, plain."""
     made = scenario.copy()
     settings = {f"vehicle.{key}": value for key, value in data_of(vehicle or plain_vehicle(scenario), values).items()}
-    if "water.x" in values:
+    if "water.x" in values and not scenario["sea.current.series"]:  # which the log measured
         settings["sea.current.surface_velocity_mps"] = [values["water.x"], values["water.y"], 0.0]
-    from ..scenario import assignments_of
-
     made._cpp.set(assignments_of(settings))
     return made
 
@@ -174,8 +169,6 @@ def scenario_with(scenario: Scenario, values: Mapping[str, float], vehicle: Mapp
 def still(scenario: Scenario, series: str = "") -> Scenario:
     """The scenario's vehicle in water that stands, or flows as a file has it."""
     made = scenario.copy()
-    from ..scenario import assignments_of
-
     made._cpp.set(assignments_of({
         "sea.state": "custom", "sea.waves": [], "sea.jonswap.significant_height_m": 0, "sea.tether.enabled": False,
         "sea.current.surface_velocity_mps": [0, 0, 0], "sea.current.gust_std_mps": 0, "sea.current.series": series,

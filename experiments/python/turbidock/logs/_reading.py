@@ -70,18 +70,14 @@ def opened(files: Sequence[str], types: Mapping[str, str] = {}) -> Iterator[tupl
             except Exception as error:
                 raise ConfigError(f"{name}: a message of {connection.topic} is not as {connection.msgtype} is defined: "
                                   f"{_words(error)}") from error
-            for each in message.transforms if hasattr(message, "transforms") else [message]:
-                yield connection.topic, _frame_of(each), log_ns, each
+            for each in message.transforms if hasattr(message, "transforms") else [message]:  # whose it is: its child frame, else its frame
+                source = getattr(each, "child_frame_id", "") or getattr(getattr(each, "header", None), "frame_id", "")
+                yield connection.topic, source, log_ns, each
 
     try:
         yield {connection.topic: connection.msgtype for connection in reader.connections}, read
     finally:
         reader.close()
-
-
-def _frame_of(message: Any) -> str:
-    """Whose a message is: its child frame, else its frame."""
-    return getattr(message, "child_frame_id", "") or getattr(getattr(message, "header", None), "frame_id", "")
 
 
 def _defined(types: Mapping[str, str]) -> dict[str, Any]:

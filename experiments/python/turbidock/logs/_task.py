@@ -53,9 +53,8 @@ class Task:
         scenarios = [still(self.scenario, self._series(log)) for log in self.logs]
         onboard = any(sensor.delay == "delay.onboard" for log in self.logs for sensor in log.sensors)
         posed = any(sensor.delay == "delay.pose" for log in self.logs for sensor in log.sensors)
-        self.parameters = [parameter for parameter in
-                           parameters_of(self.scenario, thrust_std=thrust_std, find=self.find, onboard=onboard)
-                           if posed or parameter.name not in ("delay.pose", "delay.drift")]
+        self.parameters = [each for each in parameters_of(self.scenario, thrust_std=thrust_std, find=self.find, onboard=onboard)
+                           if posed or each.name not in ("delay.pose", "delay.drift")]
         for log, made in zip(self.logs, scenarios):
             self._align(log, made, workers or 1)
             self._check_wiring(log, made, workers or 1)
@@ -95,16 +94,15 @@ class Task:
             sensor.values = values
         best = min(costs, key=lambda words: costs[words])
         if costs[best] < MUCH_BETTER * plain:
-            raise _core.ConfigError(f"{log.name}: {best}: so the motion of {SHORT_S:g} s is predicted to "
-                                    f"{costs[best]:.1f} times the noise, as it stands to {plain:.1f} times")
+            raise _core.ConfigError(f"{log.name}: {best}: so the motion of {SHORT_S:g} s is predicted to {costs[best]:.1f} times the noise, "
+                                    f"as it stands to {plain:.1f} times")
 
     def _series(self, log: Log) -> str:
         if not log.water:
             return ""
         there = np.isfinite(log.table[WATER[0]])
         name = os.path.join(self.folder.name, f"water_{id(log)}.csv")
-        np.savetxt(name, np.column_stack([log.table["time_s"][there] - log.clock_begin_s] +
-                                         [log.table[column][there] for column in WATER]),
+        np.savetxt(name, np.column_stack([log.table["time_s"] - log.clock_begin_s, *(log.table[column] for column in WATER)])[there],
                    delimiter=",", header="time_s," + ",".join(WATER), comments="", fmt="%.17g")
         return name
 
@@ -146,6 +144,4 @@ def _cost_before(problem: Problem, log: Log, window_s: float) -> float:
 
 def fitted(windows: Sequence[Window], held_out: float) -> int:
     """How many of a log's windows are fitted; the others are for at least one prediction."""
-    if held_out <= 0:
-        return len(windows)
-    return max(1, len(windows) - max(2, round(held_out * len(windows))))
+    return len(windows) if held_out <= 0 else max(1, len(windows) - max(2, round(held_out * len(windows))))

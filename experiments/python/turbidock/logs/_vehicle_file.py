@@ -9,13 +9,11 @@ from ..scenario import Scenario
 from ._parameters import plain
 
 # Which parameters are in which key.
-_TOLD = {"hydrodynamics.added_mass_diagonal": "added_mass.", "hydrodynamics.linear_damping_diagonal": "linear_damping.",
-    "hydrodynamics.quadratic_damping_diagonal": "quadratic_damping.", "hydrodynamics.displaced_volume_m3": "trim.buoyancy",
-    "hydrodynamics.p_BBcb_m": "trim.centre", "thrusters.max_thrust_newton": "thrust.scale",
-    "thrusters.reverse_ratio": "thrust.reverse", "thrusters.dead_band_volts": "thrust.dead_band",
-    "thrusters.curve_exponent": "thrust.exponent", "thrusters.table_thrust_newton": "thrust.reverse",
-    "thrusters.lag_s": "thrust.lag", "thrusters.lag_power": "thrust.lag_power", "thrusters.dead_time_s": "delay.",
-    "thrusters.inflow_loss_s_per_m": "thrust.inflow_loss"}
+_TOLD = {f"hydrodynamics.{group}_diagonal": group + "." for group in ("added_mass", "linear_damping", "quadratic_damping")} | {
+    "hydrodynamics.displaced_volume_m3": "trim.buoyancy", "hydrodynamics.p_BBcb_m": "trim.centre", "thrusters.dead_time_s": "delay."} | {
+    f"thrusters.{key}": "thrust." + name for key, name in (
+        ("max_thrust_newton", "scale"), ("reverse_ratio", "reverse"), ("dead_band_volts", "dead_band"), ("curve_exponent", "exponent"),
+        ("table_thrust_newton", "reverse"), ("lag_s", "lag"), ("lag_power", "lag_power"), ("inflow_loss_s_per_m", "inflow_loss"))}
 
 
 def vehicle_yaml(scenario: Scenario, data: Mapping[str, Any], comments: Mapping[str, str], source: str) -> str:

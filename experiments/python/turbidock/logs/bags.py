@@ -197,11 +197,9 @@ def _numbers(entry: _Entry, message: Any, kind: str) -> dict[str, float]:
 def _settings(topics: Union[Path, Mapping[str, Any]]
               ) -> tuple[dict[str, str], dict[str, str], list[_Entry], str, dict[str, str]]:
     """Images, camera_info, motion, clock and types of such a file, or of a dict like it."""
-    if isinstance(topics, Mapping):
-        given: Any = topics
-        name = "topics"
-    else:
-        name = os.fspath(topics)
+    given: Any = topics
+    name = "topics" if isinstance(topics, Mapping) else os.fspath(topics)
+    if not isinstance(topics, Mapping):
         try:
             given = YAML(typ="safe").load(pathlib.Path(name).read_text("utf-8"))
         except OSError as error:
@@ -235,14 +233,13 @@ def _settings(topics: Union[Path, Mapping[str, Any]]
 
     given = keys(given, "", ("images", "camera_info", "motion", "clock", "types"))
     clock = one_of(given.get("clock", "stamp"), "clock", ("stamp", "log"))
-    sided: list[dict[str, str]] = []
-    for of in ("images", "camera_info"):
-        sided.append({side: str(topic) for side, topic in keys(given.get(of, {}), of, SIDES).items()})
-        if len(sided[-1]) == 1:
+    sided = {of: {side: str(topic) for side, topic in keys(given.get(of, {}), of, SIDES).items()} for of in ("images", "camera_info")}
+    for of, each in sided.items():
+        if len(each) == 1:
             raise ConfigError(f"{name}: {of} has one side only")
-        if len(set(sided[-1].values())) < len(sided[-1]):
-            raise ConfigError(f"{name}: {of}: {sided[-1]['left']} is given for both sides; one that has both images side by side "
-                              "must be cut into two topics first")
+        if len(set(each.values())) < len(each):
+            raise ConfigError(f"{name}: {of}: {each['left']} is given for both sides; one that has both images side by side must be cut "
+                              "into two topics first")
     entries = []
     for key, value in keys(given.get("motion") or {}, "motion").items():
         path = f"motion.{key}"
@@ -263,10 +260,10 @@ def _settings(topics: Union[Path, Mapping[str, Any]]
                               number(entry.get("scale", 1), f"{path}.scale"), number(entry.get("offset", 0), f"{path}.offset"),
                               one_of(entry.get("axes", "flu"), f"{path}.axes", ("flu", "frd")) == "frd",
                               one_of(entry.get("clock", clock), f"{path}.clock", ("stamp", "log"))))
-    if not entries and not sided[0]:
+    if not entries and not sided["images"]:
         raise ConfigError(f"{name}: names neither images nor motion")
     types = {str(kind): str(file) for kind, file in keys(given.get("types") or {}, "types").items()}
-    return sided[0], sided[1], entries, clock, types
+    return sided["images"], sided["camera_info"], entries, clock, types
 
 
 def _check_times(topic: str, times_ns: Sequence[int], notes: list[str], start_ns: int) -> None:
@@ -280,14 +277,6 @@ def _check_times(topic: str, times_ns: Sequence[int], notes: list[str], start_ns
     if steps.any() and steps.max() > max(10 * np.median(steps[steps > 0]), 0.5e9):
         at = steps.argmax()
         notes.append(f"{topic}: nothing for {steps[at] / 1e9:.2f} s after {(times_ns[int(at)] - start_ns) / 1e9:.2f} s.")
-
-
-def _table(columns: Sequence[str], rows: Mapping[int, Mapping[str, float]], start_ns: int) -> Motion:
-    times = sorted(rows)
-    table = {"time_s": np.array([(ns - start_ns) / 1e9 for ns in times])}
-    for column in columns:
-        table[column] = np.array([rows[ns].get(column, np.nan) for ns in times])
-    return check_motion(table)
 
 
 def read_bag(files: Union[Path, Sequence[Path]], topics: Union[Path, Mapping[str, Any]]) -> Bag:
@@ -311,7 +300,7 @@ def read_bag(files: Union[Path, Sequence[Path]], topics: Union[Path, Mapping[str
             for topic in sources.of(name, source):
                 at, stamped = _time_of(message, log_ns, clocks[topic])
                 times[topic].append(at)
-                if clocks[topic] == "stamp" and not stamped and kinds[name] != MAVLINK:
+                if clocks[topic] == "stamp" and not stamped and log_ns and kinds[name] != MAVLINK:
                     unstamped.add(topic)
                 rows += [(entry, at, _numbers(entry, message, kinds[name])) for entry in entries if entry.topic == topic]
                 for side in (side for side, of in infos.items() if of == topic):
@@ -338,7 +327,7 @@ def read_bag(files: Union[Path, Sequence[Path]], topics: Union[Path, Mapping[str
 
 def _motion(entries: Sequence[_Entry], rows: Iterable[tuple[_Entry, int, dict[str, float]]], start_ns: int, notes: list[str]
             ) -> Motion:
-    """The table, in which of two entries with a column the first has it."""
+    """The table, in which of two entries with a column the first has it. ConfigError for commands that are no volts."""
     there: dict[str, set[str]] = {entry.name: set() for entry in entries}
     table: dict[int, dict[str, float]] = {}
     rows = list(rows)
@@ -346,28 +335,22 @@ def _motion(entries: Sequence[_Entry], rows: Iterable[tuple[_Entry, int, dict[st
         there[entry.name].update(row)
     owner: dict[str, str] = {}
     for entry in entries:
-        twice = [column for _, columns in entry.parts for column in columns if column in there[entry.name] and column in owner]
-        if twice:
+        given = [column for _, columns in entry.parts for column in columns if column in there[entry.name]]
+        if twice := [column for column in given if column in owner]:
             notes.append(f"{entry.topic}: {', '.join(twice)} are taken from motion.{owner[twice[0]]}.")
-        for column in (column for _, columns in entry.parts for column in columns):
-            if column in there[entry.name]:
-                owner.setdefault(column, entry.name)
+        owner = dict.fromkeys(given, entry.name) | owner
     for entry, at, row in rows:
-        mine = {column: value for column, value in row.items() if owner[column] == entry.name}
-        if mine:
+        if mine := {column: value for column, value in row.items() if owner[column] == entry.name}:
             table.setdefault(at, {}).update(mine)
-    made, zeros = without_zeros(_table(list(owner), table, start_ns) if owner else {})
-    _check_volts(made, owner)
+    times = sorted(table)
+    made, zeros = without_zeros(check_motion({"time_s": np.array([(ns - start_ns) / 1e9 for ns in times])} | {
+        column: np.array([table[ns].get(column, np.nan) for ns in times]) for column in owner}) if owner else {})
     notes += zeros
-    return made
-
-
-def _check_volts(table: Motion, owner: Mapping[str, str]) -> None:
-    """ConfigError for commands that are no volts."""
-    for column, values in table.items():
+    for column, values in made.items():
         if column.endswith("_v") and (np.nanmin(values) < 0 or np.nanmax(values) > 5):
             raise ConfigError(f"motion.{owner[column]}: {column} is {np.nanmin(values):.3g} to {np.nanmax(values):.3g}, must be 0 to "
                               "5 V with 2.5 neutral: commands of -1 to 1 take `scale: 2.5, offset: 2.5`")
+    return made
 
 
 def estimate_bag(folder: Path, file: Path = "", *, marker: Path = "", settings: Settings = None, scenario: Scenario | Path = ""

@@ -23,6 +23,7 @@ Numbers = npt.NDArray[np.float64]
 
 BLOCK_S = 10.0
 COAST_S = 2.0  # at its end, at neutral
+BEGIN = np.array([[0, 0, -5.0, 1] + [0] * 9])  # at rest, 5 m deep
 COMMANDS_HZ = 10  # as logs have them: what changes between two logged commands is lost to identify
 AXES = ("surge_newton", "sway_newton", "heave_newton", "yaw_newton_m")
 POSITION_STD_M, ATTITUDE_STD_RAD = 0.005, 0.0087
@@ -67,7 +68,7 @@ def drift(scenario: Scenario | Path, commands: Mapping[str, Numbers]) -> tuple[f
     models = [scenario_with(made, {buoyancy.name: buoyancy.value(z)}) for z in (-1.96, 0, 1.96)]
     zeros = np.zeros(3, np.int64)
     ends = _core.predict([model._cpp for model in models], dict(commands), np.zeros(1), [commands["time_s"][-1:]], np.arange(3),
-                         zeros, np.repeat(_begin(), 3, axis=0), 1)
+                         zeros, np.repeat(BEGIN, 3, axis=0), 1)
     return max(abs(float(end[0, 2] - ends[1][0, 2])) for end in ends), 1.96 * buoyancy.std
 
 
@@ -118,17 +119,11 @@ def _block(by_axis: dict[int, Numbers]) -> Numbers:
     return demands
 
 
-def _begin() -> Numbers:
-    state = np.zeros((1, 13))
-    state[0, 2], state[0, 3] = -5, 1
-    return state
-
-
 def _fly(scenario: Scenario, demands: Numbers) -> Numbers:
     """States at COMMANDS_HZ of the vehicle from rest, trimmed."""
     times = np.arange(0, len(demands) / COMMANDS_HZ, 1 / COMMANDS_HZ)
     none = np.zeros(1, np.int64)
-    return _core.predict([scenario._cpp], _table(scenario, demands), np.zeros(1), [times], none, none, _begin(), 1)[0]
+    return _core.predict([scenario._cpp], _table(scenario, demands), np.zeros(1), [times], none, none, BEGIN, 1)[0]
 
 
 def _information(scenario: Scenario, parameters: list[Parameter], demands: Numbers, states: Numbers, workers: int) -> Any:
@@ -139,6 +134,6 @@ def _information(scenario: Scenario, parameters: list[Parameter], demands: Numbe
     problem.std = {"position": POSITION_STD_M, "attitude": ATTITUDE_STD_RAD}
     window = log.window(0.0, float(motion["time_s"][-1]) + 1e-6, 0.0)
     assert window is not None
-    parts = [Part(log, window, _begin()[0])]
+    parts = [Part(log, window, BEGIN[0])]
     z = np.zeros(len(parameters))
     return reduce(problem.linear(parts, z, problem.slopes(parts, z)), parts, [parts[0].state]).information

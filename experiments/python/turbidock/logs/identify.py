@@ -1,10 +1,8 @@
 """From logs of commands and motion to a vehicle's parameters.
 
-    from turbidock.logs import identify
-
     told = identify.inform("log.csv", "pool_active")      # before any fit: what this log can tell, and what to fly besides
     fit = identify.fit(["log.csv"], "pool_active")        # tables of motion (turbidock.logs.motion): files or dicts of arrays
-    print(fit)                                            # values with 95 % intervals, correlations, held-out prediction
+    print(fit)                                            # values with 95 % intervals, held-out prediction
     fit.save("mine.yaml")                                 # the vehicle's data; beside mine.xml it is `vehicle_model: mine.xml`
     turbidock.run("sea_night_active", settings=fit.settings())   # the vehicle and the laws' model of it
 
@@ -84,9 +82,8 @@ class Information:
         lines = []
         for axis in AXES:
             groups = [parameter.name.split(".")[0].replace("_", " ") for parameter in dark if parameter.axis() == axis]
-            how = ("hard stops and turns that tilt it, or thrusters that do" if axis in ("roll", "pitch") else
-                   "steps to full thrust and back, then a coast" if groups == ["quadratic damping"] else
-                   "slow and fast motion to and fro, then a coast")
+            how = ("hard stops and turns that tilt it, or thrusters that do" if axis in ("roll", "pitch") else "steps to full thrust and "
+                   "back, then a coast" if groups == ["quadratic damping"] else "slow and fast motion to and fro, then a coast")
             lines += [f"{axis}: {how} ({', '.join(groups)})"] if groups else []
         others = {"trim.": "hover with the thrusters off, for seconds (trim)",
                   "thrust.reverse": "the same motion ahead and back (reverse thrust)",
@@ -105,8 +102,10 @@ class Information:
             lines.append(f"  {parameter.name:26}{width:26}{'' if told else 'not told: held by what is known of it'}")
         for a, b, value in self.pairs()[:8]:
             lines.append(f"  {a} and {b} hang together: correlation {value:+.2f}")
-        advice = self.advice()
-        return "\n".join(lines + (["", "To tell the rest, fly besides:"] + [f"  {line}" for line in advice] if advice else []))
+        return "\n".join(lines + self.advised())
+
+    def advised(self) -> list[str]:
+        return ["", "To tell the rest, fly besides:", *(f"  {line}" for line in self.advice())] if self.advice() else []
 
 
 @dataclass
@@ -122,26 +121,27 @@ class Fit:
     outliers: float  # share of measurements
     validation: dict[str, Any]
     source: str
-    residuals: dict[str, Numbers] = field(default_factory=dict)
-    compared: dict[str, tuple[Numbers, Numbers]] = field(default_factory=dict)  # by sensor: measured, predicted
+    compared: dict[str, tuple[Numbers, Numbers, Numbers]] = field(default_factory=dict)  # by sensor: measured, predicted, the difference
     offsets_s: list[float] = field(default_factory=list)  # of each log's poses, roughly, besides delay.pose
     doubt: str = ""  # why no interval is to be believed
 
     def value(self, name: str) -> float:
         return self.values()[name]
 
+    def _index(self, name: str) -> int:
+        return [parameter.name for parameter in self.parameters].index(name)
+
     def values(self) -> dict[str, float]:
         return {parameter.name: parameter.value(z) for parameter, z in zip(self.parameters, self.z)}
 
     def interval(self, name: str) -> tuple[float, float]:
         """95 %."""
-        i = [parameter.name for parameter in self.parameters].index(name)
+        i = self._index(name)
         half = 1.96 * self.information.std[i]
         return self.parameters[i].value(self.z[i] - half), self.parameters[i].value(self.z[i] + half)
 
     def told(self, name: str) -> bool:
-        i = [parameter.name for parameter in self.parameters].index(name)
-        return self.information.told()[i]
+        return self.information.told()[self._index(name)]
 
     def table(self) -> pandas.DataFrame:
         """A row a parameter: value, low and high of its 95 % interval, before, unit, told."""
@@ -167,22 +167,21 @@ class Fit:
 
     def save(self, file: Path) -> None:
         """Writes the vehicle's data, with each number's interval and source in a comment. Whole or not at all."""
-        comments = {}
-        for parameter in self.parameters:
-            low, high = self.interval(parameter.name)
-            comments[parameter.name] = "not told, kept" if not self.told(parameter.name) else (
-                f"{self.value(parameter.name):.4g} " + ("(not to be believed)" if self.doubt else f"({low:.4g} to {high:.4g})"))
+        comments = {str(row.parameter): f"{row.value:.4g} {self._width(row)}" if row.told else "not told, kept"
+                    for row in self.table().itertuples()}
         text = vehicle_yaml(self.scenario, self.data(), comments, f"{self.source}, {datetime.date.today().isoformat()}")
         with whole_file(file) as out:
             out.write(text.encode())
+
+    def _width(self, row: Any) -> str:
+        return "(not to be believed)" if self.doubt else f"({row.low:.4g} to {row.high:.4g})"
 
     def plot(self) -> matplotlib.figure.Figure:
         """What every sensor measured and what is predicted, and the residuals, over the windows."""
         import matplotlib.pyplot as plt
 
-        figure, axes = plt.subplots(len(self.residuals), 2, figsize=(15, 3.5 * len(self.residuals)), squeeze=False)
-        for (whole, left), (kind, off) in zip(axes, self.residuals.items()):
-            measured, predicted = self.compared[kind]
+        figure, axes = plt.subplots(len(self.compared), 2, figsize=(15, 3.5 * len(self.compared)), squeeze=False)
+        for (whole, left), (kind, (measured, predicted, off)) in zip(axes, self.compared.items()):
             for i, color in enumerate(("tab:blue", "tab:orange", "tab:green")[:measured.shape[1]]):
                 whole.plot(measured[:, i], ".", color=color, markersize=3)
                 whole.plot(predicted[:, i], color=color, linewidth=0.8)
@@ -199,9 +198,7 @@ class Fit:
     def __str__(self) -> str:
         lines = [f"of {self.source}", ""]
         for row in self.table().itertuples():
-            width = "(not to be believed)" if self.doubt else f"({row.low:.4g} to {row.high:.4g})"
-            found = f"{row.value:10.4g}  {width} {row.unit}" if row.told else f"{row.value:10.4g}  not told, kept"
-            lines.append(f"  {row.parameter:26}{found}")
+            lines.append(f"  {row.parameter:26}{row.value:10.4g}  " + (f"{self._width(row)} {row.unit}" if row.told else "not told, kept"))
         lines += ["", *(f"  {note}" for note in self.information.notes)]
         lines += [f"  not to be believed: {self.doubt}"] if self.doubt else []
         if self.latency_s() > 5e-4:
@@ -212,13 +209,12 @@ class Fit:
         lines += [f"  noise of {kind}: {value:.3g}" for kind, value in self.noise.items()]
         if self.outliers > 0.001:
             lines.append(f"  {100 * self.outliers:.1f} % of the measurements are no noise and were left out")
-        if self.correlation_rows > 1.5:
+        if self.correlation_rows > 1.5 and not self.doubt:
             lines.append(f"  what is left hangs together over {self.correlation_rows:.1f} rows: intervals are widened for it")
         if self.validation:
             lines.append(f"  held out: position after {AHEAD_S:g} s within {1000 * self.validation['median_m']:.0f} mm "
                          f"(median of {self.validation['windows']}), before the fit {1000 * self.validation['before_m']:.0f} mm")
-        advice = [] if self.doubt else self.information.advice()
-        return "\n".join(lines + (["", "To tell the rest, fly besides:"] + [f"  {line}" for line in advice] if advice else []))
+        return "\n".join(lines + ([] if self.doubt else self.information.advised()))
 
 
 def inform(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, water: str = "still", find: Collection[str] = (),
@@ -263,9 +259,8 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
     apart = disagreement(linear, reduced)
     doubt = "" if believed and apart < SURE else _doubt(task, parts, free, linear, apart)
     weights = np.concatenate([weight for one in linear for weight in one.weight.values()])
-    return Fit(task.scenario, task.parameters, z, known, problem.std, correlation_time(linear),
-               float((weights == 0).mean()), {} if doubt else _validate(task, z, held_out), task.source(),
-               {kind: np.concatenate([one.raw[kind] for one in linear if kind in one.raw]) for kind in problem.std},
+    return Fit(task.scenario, task.parameters, z, known, problem.std, correlation_time(linear), float((weights == 0).mean()),
+               {} if doubt else _validate(task, z, held_out), task.source(),
                {kind: _compared(kind, parts, linear) for kind in problem.std},
                [max((sensor.offset_s for sensor in log.sensors), key=abs) for log in task.logs], doubt)
 
@@ -304,17 +299,15 @@ def _offer(task: Task, parts: list[Part], z: Numbers, apart: float) -> str:
     return NO_OFFER if after > 0.5 * apart else f"; with {FINDS[best]} they agree{'' if after < SURE else ' more'}: {values}"
 
 
-def _compared(kind: str, parts: Sequence[Part], linear: Sequence[Linear]) -> tuple[Numbers, Numbers]:
-    """What a sensor measured in the windows, and what is predicted; of attitudes the angles."""
-    measured, predicted = [], []
+def _compared(kind: str, parts: Sequence[Part], linear: Sequence[Linear]) -> tuple[Numbers, Numbers, Numbers]:
+    """What a sensor measured in the windows, what is predicted, of attitudes the angles, and by how much that is off."""
+    rows = []
     for part, one in zip(parts, linear):
-        sensor = part.log.sensor(kind)
-        if sensor is not None:
-            values = sensor.values[part.window.rows[kind]]
-            then = product(values, turned(one.raw[kind])) if kind == "attitude" else values + one.raw[kind]
-            measured.append(angles_of(values) if kind == "attitude" else values)
-            predicted.append(angles_of(then) if kind == "attitude" else then)
-    return np.concatenate(measured), np.concatenate(predicted)
+        if (sensor := part.log.sensor(kind)) is not None:
+            values, off = sensor.values[part.window.rows[kind]], one.raw[kind]
+            rows.append((angles_of(values), angles_of(product(values, turned(off))), off) if kind == "attitude" else (values, values + off, off))
+    measured, predicted, off = (np.concatenate(each) for each in zip(*rows))
+    return measured, predicted, off
 
 
 def _information(task: Task, parts: Sequence[Part], share: Numbers, covariance: Numbers) -> Information:
@@ -326,12 +319,8 @@ def _information(task: Task, parts: Sequence[Part], share: Numbers, covariance: 
 
 def _validate(task: Task, z: Numbers, held_out: float) -> dict[str, Any]:
     """How far predictions are off in what was held out."""
-    if held_out <= 0:
-        return {}
-    before, after = _misses(task, np.zeros(len(z)), held_out), _misses(task, z, held_out)
-    if not len(after):
-        return {}
-    return {"windows": len(after), "median_m": float(np.median(after)), "before_m": float(np.median(before)),
+    before, after = (_misses(task, at, held_out) if held_out > 0 else np.zeros(0) for at in (np.zeros(len(z)), z))
+    return {} if not len(after) else {"windows": len(after), "median_m": float(np.median(after)), "before_m": float(np.median(before)),
             "errors_m": after.tolist()}
 
 
@@ -390,9 +379,8 @@ def main(arguments: Iterable[str] | None = None) -> int:
     for command in commands.choices.values():
         command.add_argument("--scenario", required=True, help="names the vehicle and what is known of it")
         command.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="one key of the scenario")
-    given = parser.parse_args(None if arguments is None else list(arguments))
     try:
-        return _do(given)
+        return _do(parser.parse_args(None if arguments is None else list(arguments)))
     except (_core.ConfigError, OSError) as error:
         print(error, file=sys.stderr)
         return 2
@@ -423,7 +411,3 @@ def _do(given: argparse.Namespace) -> int:
     if given.plot:
         found.plot().savefig(given.plot)
     return 1 if found.doubt else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -56,13 +56,12 @@ from ..scenario import Path, Scenario
 from ..trial import Trial
 from .motion import Motion, read_motion, whole_file
 
-# x, y, z [m], qw, qx, qy, qz
-Place = Sequence[float]
+Place = Sequence[float]  # x, y, z [m], qw, qx, qy, qz
 # What Foxglove's messages are in ROS 2, and where the fields of that are in them ("": they themselves).
 ROS = {"FrameTransforms": "tf2_msgs/msg/TFMessage", "PoseInFrame": "geometry_msgs/msg/PoseStamped", "Log": "rcl_interfaces/msg/Log",
        "CompressedImage": "sensor_msgs/msg/CompressedImage", "CameraCalibration": "sensor_msgs/msg/CameraInfo"}
-NAMES = {"header": "", "transform": "", "stamp": "timestamp", "sec": "seconds", "nanosec": "nanos", "msg": "message", "d": "D",
-         "k": "K", "r": "R", "p": "P"}
+NAMES = {"header": "", "transform": "", "stamp": "timestamp", "sec": "seconds", "nanosec": "nanos", "msg": "message"} | {
+    name.lower(): name for name in "DKRP"}
 
 
 class McapFile:
@@ -122,13 +121,11 @@ class McapFile:
         self.write(topic, PoseInFrame_pb2.PoseInFrame(timestamp=stamp(stamp_ns), frame_id="camera_head", pose=_pose(pose)),
                    log_ns, stamp_ns)
 
-    def attach(self, file: pathlib.Path, media_type: str) -> None:
-        """The file as an attachment."""
-        self._writer.add_attachment(0, 0, file.name, media_type, file.read_bytes())
-
-    def describe(self, **words: str) -> None:
-        """The metadata `turbidock`."""
+    def attach(self, words: dict[str, str], *files: pathlib.Path) -> None:
+        """The metadata `turbidock`, and files as attachments."""
         self._writer.add_metadata("turbidock", words)
+        for file in files:
+            self._writer.add_attachment(0, 0, file.name, f"application/{file.suffix[1:]}", file.read_bytes())
 
 
 class Ros2File(McapFile):
@@ -220,12 +217,10 @@ def _primitives(geom: Mapping[str, Any], meshes: Sequence[Mapping[str, Any]]) ->
         return {"spheres": [ball(place, a, *((a, a) if shape == "sphere" else (b, c)))]}
     if shape == "mesh":
         mesh = meshes[geom["mesh"]]
-        v = mesh["vertices_m"]
-        points = [Point3_pb2.Point3(x=v[i], y=v[i + 1], z=v[i + 2]) for i in range(0, len(v), 3)]
+        points = [Point3_pb2.Point3(x=x, y=y, z=z) for x, y, z in zip(*(mesh["vertices_m"][i::3] for i in range(3)))]
         return {"triangles": [TriangleListPrimitive_pb2.TriangleListPrimitive(pose=_pose(place), points=points, color=color,
                                                                               indices=mesh["triangles"])]}
-    tube = CylinderPrimitive_pb2.CylinderPrimitive(pose=_pose(place), size=_vector(2 * a, 2 * a, 2 * b),
-                                                   bottom_scale=1, top_scale=1, color=color)
+    tube = CylinderPrimitive_pb2.CylinderPrimitive(pose=_pose(place), size=_vector(2 * a, 2 * a, 2 * b), bottom_scale=1, top_scale=1, color=color)
     ends = [ball(_compose(place, (0, 0, z, 1, 0, 0, 0)), a, a, a) for z in (-b, b)] if shape == "capsule" else []
     return {"cylinders": [tube], "spheres": ends}
 
@@ -245,8 +240,7 @@ def _scene(model: Mapping[str, Any]) -> SceneUpdate_pb2.SceneUpdate:
     for ball in model["marker"]["balls"]:
         size, (r, g, b) = 2 * ball["radius_m"], ball["display_rgb"]
         entity("estimate", "marker_estimated").spheres.append(SpherePrimitive_pb2.SpherePrimitive(
-            pose=_pose([*ball["p_MQ_m"], 1, 0, 0, 0]), size=_vector(size, size, size),
-            color=Color_pb2.Color(r=r, g=g, b=b, a=0.5)))
+            pose=_pose([*ball["p_MQ_m"], 1, 0, 0, 0]), size=_vector(size, size, size), color=Color_pb2.Color(r=r, g=g, b=b, a=0.5)))
     return SceneUpdate_pb2.SceneUpdate(entities=entities.values())
 
 
@@ -259,7 +253,7 @@ class _Pictures:
     def of(self, frame: int) -> list[bytes]:
         """Left and right; empty where there are none."""
         files = [self._folder / f"{frame:06}_{side}.jpg" for side in ("left", "right")]
-        return [file.read_bytes() for file in files] if all(file.exists() for file in files) else []
+        return [file.read_bytes() for file in files if all(each.exists() for each in files)]
 
     def close(self, digest: str) -> None:
         """Once all frames have been asked for."""
@@ -277,12 +271,10 @@ class _RunAgain(_Pictures):
         self._trial.step()
         if self._trial.frame.frame != frame:
             raise _core.SimulatorFault(f"frame {frame} of the record is {self._trial.frame.frame} now")
-        pictures = []
-        for image in self._trial.images:
-            jpeg = io.BytesIO()
+        pictures = [io.BytesIO() for _ in self._trial.images]
+        for image, jpeg in zip(self._trial.images, pictures):
             Image.fromarray(image).save(jpeg, "JPEG", quality=90)
-            pictures.append(jpeg.getvalue())
-        return pictures
+        return [jpeg.getvalue() for jpeg in pictures]
 
     def close(self, digest: str) -> None:
         while not self._trial.ended:
@@ -295,8 +287,7 @@ class _RunAgain(_Pictures):
 def _calibration(rig: Mapping[str, Any], side: str, jpeg: bytes) -> CameraCalibration_pb2.CameraCalibration:
     """Of images as large as this one: the rig's, scaled about the image's corner."""
     width, height = Image.open(io.BytesIO(jpeg)).size
-    share = width / rig["width_px"]
-    eye = rig[side]
+    share, eye = width / rig["width_px"], rig[side]
     fx, fy = eye["fx_px"] * share, eye["fy_px"] * share
     cx, cy = (eye["cx_px"] + 0.5) * share - 0.5, (eye["cy_px"] + 0.5) * share - 0.5
     # the left camera's y less this one's: the way to the right
@@ -335,10 +326,8 @@ def to_mcap(run: Path | Result, file: Path = "", *, images: bool = False, ros2: 
     pictures = _RunAgain(scenario) if images else _Pictures(folder / "cameras")
     name = os.fspath(file) or str(folder / "trial.mcap")
     with Ros2File(name) if ros2 else McapFile(name) as out:
-        out.describe(version=record["version"], digest=record["digest"], seed=str(record["seed"]),
-                     scenario=str(scenario["description"]), outcome=record["outcome"])
-        for attached, kind in (("result.json", "application/json"), ("resolved.yaml", "application/yaml")):
-            out.attach(folder / attached, kind)
+        out.attach({"version": record["version"], "digest": record["digest"], "seed": str(record["seed"]), "outcome": record["outcome"],
+                    "scenario": str(scenario["description"])}, folder / "result.json", folder / "resolved.yaml")
         _write_trial(out, model, rows, stages, record, pictures)
         if (folder / "motion.csv").exists():
             motion = read_motion(folder / "motion.csv")
@@ -364,8 +353,7 @@ def _write_trial(out: McapFile, model: Mapping[str, Any], rows: Motion, stages: 
     state = [column for column in rows if column not in placed and column not in commands and column != "stage"]
     seen_ns, at = -1, 0
     for i, stage in enumerate(stages):
-        at, image_at = round(1e9 * rows["time_s"][i]), round(1e9 * rows["image_time_s"][i])
-        frame = int(rows["frame"][i])
+        at, image_at, frame = round(1e9 * rows["time_s"][i]), round(1e9 * rows["image_time_s"][i]), int(rows["frame"][i])
         pose = {of: [float(rows[column][i]) for column in columns] for of, columns in poses.items()}
         out.write_transforms("/tf", at, ("world", "vehicle", pose["vehicle"], at),
                              ("world", "marker", _compose(_compose(pose["vehicle"], scene["X_BH"]), pose["true"]), at),
