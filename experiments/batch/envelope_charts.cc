@@ -133,7 +133,8 @@ void AddUndecided(const Places& places, const Envelope& envelope, size_t range, 
     if (!is_open(i)) continue;
     const int begin = i;
     while (is_open(i + 1)) ++i;
-    const auto [low, high] = std::minmax(places.At(range, begin - 0.5), places.At(range, i + 0.5));
+    const auto [low, high] =
+        std::minmax({places.At(range, begin - 0.5), places.At(range, i + 0.5)});
     panel->blocks.push_back({.name = panel->blocks.empty() ? "undecided, 95 % together" : "",
                              .from_x = low,
                              .to_x = high,
@@ -187,7 +188,7 @@ report::Panel MapOf(const Places& places, const Envelope& envelope, int at) {
                                               places.Name(2).Text(report::Digits(places.At(2, at))))
                                 : envelope.name);
   for (int j = 0; j < lattice.axes[1].values; ++j) {
-    const auto [low, high] = std::minmax(places.At(1, j - 0.5), places.At(1, j + 0.5));
+    const auto [low, high] = std::minmax({places.At(1, j - 0.5), places.At(1, j + 0.5)});
     AddUndecided(places, envelope, 0, j * lattice.Step(1) + (is_slice ? at : 0), low, high, &panel);
   }
   panel.series.push_back(ContourOf(places, envelope, is_slice ? at : 0, report::CurveColor(0),

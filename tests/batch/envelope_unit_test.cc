@@ -91,7 +91,10 @@ TEST(Envelope, ShowsEveryTrialAsAPoint) {
   EXPECT_EQ(links.size(), batch.trials.size());
   for (const StoredTrial& trial : batch.trials)
     EXPECT_THAT(links, Contains(TrialLink(trial.trial)));
-  EXPECT_FALSE(section.panels[0].blocks.empty());
+  // the undecided cells, about 40
+  ASSERT_FALSE(section.panels[0].blocks.empty());
+  EXPECT_GT(section.panels[0].blocks.front().from_x, 28);
+  EXPECT_LT(section.panels[0].blocks.back().to_x, 52);
 }
 
 TEST(Envelope, SaysWhereTheAnswerDoesNotHold) {
