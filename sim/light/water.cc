@@ -15,8 +15,8 @@ namespace {
 // Distance of the pixels that are metered: half of a ball's disc at 1 m in the default rig.
 constexpr int kMeter_px = 10;
 // The least peak of a spread ball that is added, in errors that shading may make: by default half a
-// DN at black for the default camera.
-constexpr float kFaintest = 5;
+// DN at black for the published camera at full gain, less for the default one.
+constexpr float kFaintest = 2;
 
 void Load(const LightPoint& point, int i, PointBatch* batch) {
   batch->u_px[i] = point.u;
