@@ -45,22 +45,33 @@ void PrintAll() {
   }
 }
 
-// A line for each group and two for each key. Values are whole: who searches for one finds it.
+// A text's words in lines of 100 columns, set in.
+void PrintWords(const std::string& text) {
+  std::istringstream words(text);
+  std::string line = "   ";
+  for (std::string word; words >> word; line += " " + word)
+    if (line.size() + word.size() >= 100) {
+      fmt::print("{}\n", line);
+      line = "   ";
+    }
+  fmt::print("{}\n", line);
+}
+
+// A line for each group; for each key one with its value and what is allowed, the latter on its own
+// where both do not fit 100 columns, and its meaning. Values are whole: who searches finds them.
 void PrintKeys(const std::vector<config::KeyDoc>& keys) {
   fmt::print("{:46} {:20} ALLOWED\n    MEANING\n", "KEY", "DEFAULT");
   for (const config::KeyDoc& key : keys) {
-    const bool is_group = key.type == "group of keys" || key.type == "list of groups";
-    if (is_group) fmt::print("\n{} ({})\n", key.key, key.type);
-    const std::string name = fmt::format("{:46} {}", key.key, key.value);
-    if (!is_group) fmt::print("{:67} {}\n", name, key.range.empty() ? key.type : key.range);
-    std::istringstream words(key.doc);
-    std::string line = "   ";
-    for (std::string word; words >> word; line += " " + word)
-      if (line.size() + word.size() >= 100) {
-        fmt::print("{}\n", line);
-        line = "   ";
-      }
-    fmt::print("{}\n", line);
+    if (key.type == "group of keys" || key.type == "list of groups") {
+      fmt::print("\n{} ({})\n", key.key, key.type);
+    } else {
+      const std::string& allowed = key.range.empty() ? key.type : key.range;
+      const std::string value = fmt::format("{:46} {:20}", key.key, key.value);
+      const bool fits = value.size() + 1 + allowed.size() <= 100;
+      fmt::print("{}{}\n", value, fits ? " " + allowed : "");
+      if (!fits) PrintWords(allowed);
+    }
+    PrintWords(key.doc);
   }
 }
 

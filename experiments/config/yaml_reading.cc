@@ -72,7 +72,7 @@ void FindByName(const GroupRef& group, const std::string& path, const std::strin
   const bool is_root = at.path == JoinKey(root_path, key);
   if (is_root) known.insert(known.end(), more.begin(), more.end());
   const std::string allowed = "llowed: " + Commas(known);
-  constexpr size_t kFew = 20;
+  constexpr size_t kFew = 24;
   if (const std::string nearest = DidYouMean(key, known); !nearest.empty())
     at.Fail("unknown key" + nearest + (is_root && known.size() <= kFew ? " A" + allowed : ""));
   FindByName(root, root_path, key, &elsewhere);

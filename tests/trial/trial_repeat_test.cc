@@ -50,7 +50,7 @@ TEST(TrialRepeat, TheDigestSeesTheSeedAndEveryStageOfTheLoop) {
                                    "sensor.white_balance=[1, 1, 0.5]",
                                    "sensor.auto_white_balance_limit=2",
                                    "lens.k1=-0.05",
-                                   "snow.particles_per_m3=4000",
+                                   "snow.particles_per_m3=20000",
                                    "lqg.sway.effort_share=0.5",
                                    "known_vehicle.thrusters.dead_band_volts=0.2",
                                    "procedure.found_hold_s=0.6",
