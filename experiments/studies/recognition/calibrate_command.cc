@@ -11,6 +11,7 @@
 #include "experiments/studies/recognition/calibration.h"
 #include "experiments/studies/recognition/table.h"
 #include "experiments/system/output_path.h"
+#include "sim/base/units.h"
 
 namespace turbidock::recognition {
 namespace {
@@ -20,6 +21,7 @@ constexpr double kLogEvery_s = 60;
 
 struct CalibrateArguments {
   std::string plan, active, passive, out;
+  std::vector<double> leave_out_mm;
   int generations = 30;
   command::JobArguments jobs;
   uint32_t seed = 1;
@@ -31,6 +33,8 @@ int Calibrate(const CalibrateArguments& arguments) {
       arguments.plan.empty() ? config::AssetPath("calibration.yaml") : arguments.plan;
   const CalibrationPlan plan = LoadCalibrationPlan(plan_file);
   const std::vector<TableRow> tables = ReadTables(arguments.active, arguments.passive);
+  std::vector<double> left_out_m;
+  for (const double mm : arguments.leave_out_mm) left_out_m.push_back(units::MFromMm(mm));
   const std::string file = arguments.out.empty() ? "" : arguments.out + ".evaluations.sqlite";
   system::OutputPlan()
       .Reads({plan_file, arguments.active, arguments.passive})
@@ -39,7 +43,7 @@ int Calibrate(const CalibrateArguments& arguments) {
       .Require();
   const CalibrationExperiment experiment = [&] {
     try {
-      return ExperimentOf(plan, tables);
+      return ExperimentOf(plan, Without(left_out_m, tables));
     } catch (const ConfigError& error) {  // of a key that the plan names
       throw ConfigError(plan_file + ": " + error.what());
     }
@@ -49,7 +53,7 @@ int Calibrate(const CalibrateArguments& arguments) {
   const auto show = [&](int done, int of, double misfit) {
     progress.ShowDone(done, of, fmt::format("evaluations, misfit {:.3f}", misfit), kLogEvery_s);
   };
-  const CalibrationResult result =
+  CalibrationResult result =
       Calibrate({.generations = arguments.generations,
                  .seed = arguments.seed,
                  .file = file,
@@ -60,6 +64,8 @@ int Calibrate(const CalibrateArguments& arguments) {
                 experiment);
   if (result.evaluations == 0)
     return command::kExitDone;  // stopped before there was anything to keep
+  if (result.is_complete)
+    result.columns = ErrorsByColumn(plan, result.best.values, tables, left_out_m);
   if (!arguments.out.empty())
     system::WriteWhole(
         arguments.out,
@@ -82,6 +88,8 @@ void AddCalibrate(command::CommandLine& line) {
   calibrate.Add("--active FILE", arguments.active,
                 "Table of the active marker; the published one unless given");
   calibrate.Add("--passive FILE", arguments.passive, "The same of the passive marker");
+  calibrate.Add("--leave-out MM", arguments.leave_out_mm,
+                "Distances that take no part in the search; the error there is reported beside it");
   calibrate
       .Add("--generations", arguments.generations,
            "Generations of CMA-ES, each evaluated side by side; 0: only the start")

@@ -258,6 +258,43 @@ Evaluation Evaluate(const CalibrationExperiment& experiment,
   return {.values = values, .misfit = kMisfitOfNothing};
 }
 
+std::vector<ColumnError> ErrorsByColumn(const CalibrationPlan& plan,
+                                        const std::vector<double>& values,
+                                        const std::vector<TableRow>& tables,
+                                        const std::vector<double>& left_out_m) {
+  std::vector<ColumnError> errors;
+  for (const auto& kind : EnumNames<MarkerKind>::kNames) {
+    std::map<double, std::vector<TableRow>> columns;
+    for (const TableRow& row : tables)
+      if (row.cell.marker == kind.first) columns[row.cell.distance_m].push_back(row);
+    const trial::Scenario scenario = RecognitionScenario(kind.first, plan.Assignments(values));
+    for (const auto& [distance_m, rows] : columns) {
+      const auto comparison = Compare(RunCellsNearTruth(scenario, rows, plan), rows);
+      errors.push_back({.marker = kind.first,
+                        .distance_m = distance_m,
+                        .left_out = std::ranges::count(left_out_m, distance_m) > 0,
+                        .rmse = comparison->rmse,
+                        .area_agreement = comparison->area_agreement});
+    }
+  }
+  return errors;
+}
+
+std::vector<TableRow> Without(const std::vector<double>& left_out_m,
+                              const std::vector<TableRow>& tables) {
+  const auto distance_of = [](const TableRow& row) { return row.cell.distance_m; };
+  for (const double distance_m : left_out_m)
+    if (std::ranges::count(tables, distance_m, distance_of) == 0)
+      throw ConfigError(
+          fmt::format("--leave-out {:g}: no table has this distance", units::MmFromM(distance_m)));
+  std::vector<TableRow> rest;
+  std::ranges::copy_if(tables, std::back_inserter(rest), [&](const TableRow& row) {
+    return std::ranges::count(left_out_m, row.cell.distance_m) == 0;
+  });
+  if (rest.empty()) throw ConfigError("--leave-out: no distance is left to calibrate with");
+  return rest;
+}
+
 batch::Work EvaluationWork() {
   return {"set of values", [](const std::string& input) {
             const report::Json json = report::ParseJson(input, "a set of values");
@@ -363,6 +400,21 @@ CalibrationResult Calibrate(const CalibrationOptions& options,
   return result;
 }
 
+namespace {
+
+report::Section ColumnSection(const std::vector<ColumnError>& columns) {
+  report::Table table({"<marker", "distance, mm", "<search", "error of F", "same Area, %"});
+  for (const ColumnError& c : columns)
+    table.Row({NameOf(c.marker), report::Fixed(units::MmFromM(c.distance_m), 0),
+               c.left_out ? "left out" : "took part", report::Fixed(c.rmse, 3),
+               report::Fixed(100 * c.area_agreement, 0)});
+  return {.title = "By distance",
+          .note = "Root-mean-square error of F, of all cells, near the true pose.",
+          .table = table};
+}
+
+}  // namespace
+
 report::Report ReportOf(const CalibrationPlan& plan, const CalibrationResult& result) {
   using report::Fixed;
   const Evaluation& best = result.best;
@@ -391,6 +443,7 @@ report::Report ReportOf(const CalibrationPlan& plan, const CalibrationResult& re
                     .note = "Of the searched cells, F near the true pose.",
                     .table = constraints,
                     .commands = {{"the whole experiment, whose search knows nothing", confirm}}}}};
+  if (!result.columns.empty()) report.sections.push_back(ColumnSection(result.columns));
   if (!result.is_complete) report.missing = {"It was stopped: the best so far."};
   return report;
 }
@@ -401,7 +454,8 @@ report::Json ResultJson(const CalibrationPlan& plan, const CalibrationResult& re
   return {{"parameters", parameters},
           {"misfit", result.best.misfit},
           {"evaluations", result.evaluations},
-          {"constraints", result.best.constraints}};
+          {"constraints", result.best.constraints},
+          {"columns", result.columns}};
 }
 
 }  // namespace turbidock::recognition

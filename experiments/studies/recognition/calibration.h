@@ -118,9 +118,31 @@ CalibrationExperiment ExperimentOf(const CalibrationPlan& plan,
 CellResult RunNearTruth(const trial::FixedView& view, const light::Water& water,
                         const trial::Scenario& scenario, const RecognitionCell& cell, int frames);
 
+// How F agrees with a column of a table. `left_out`: the search did not see that distance.
+struct ColumnError {
+  MarkerKind marker = MarkerKind::kActive;
+  double distance_m = 0;
+  bool left_out = false;
+  double rmse = 0, area_agreement = 0;
+
+  TURBIDOCK_FIELDS(marker, distance_m, left_out, rmse, area_agreement)
+};
+
 // Deterministic. What the cameras have before them is drawn anew: values may move lamps. Values
 // that are impossible together, such as a lamp in the hull, have no constraints and a misfit of 3.
 Evaluation Evaluate(const CalibrationExperiment& experiment, const std::vector<double>& values);
+
+// Of each marker at each distance, near the true pose: all cells of the tables with these values.
+// ConfigError for values that are impossible together.
+std::vector<ColumnError> ErrorsByColumn(const CalibrationPlan& plan,
+                                        const std::vector<double>& values,
+                                        const std::vector<TableRow>& tables,
+                                        const std::vector<double>& left_out_m);
+
+// The rows of all distances but these. ConfigError for one that no table has, and where nothing
+// is left.
+std::vector<TableRow> Without(const std::vector<double>& left_out_m,
+                              const std::vector<TableRow>& tables);
 
 // Evaluates {"experiment", "values"}: the work of a task.
 batch::Work EvaluationWork();
@@ -128,7 +150,8 @@ batch::Work EvaluationWork();
 struct CalibrationResult {
   Evaluation best = {};
   int evaluations = 0;
-  bool is_complete = false;  // it was not stopped
+  bool is_complete = false;               // it was not stopped
+  std::vector<ColumnError> columns = {};  // of the best, if they were asked for (ErrorsByColumn)
 };
 
 struct CalibrationOptions {

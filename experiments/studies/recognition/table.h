@@ -27,7 +27,7 @@ struct TableRow {
 // missing column, what is no number, a value out of its range, a cell that occurs twice.
 std::vector<TableRow> ReadRecognitionTable(const std::string& path, MarkerKind marker);
 
-// The bundled table of that marker: the published columns 400 and 1000 mm.
+// The bundled table of that marker: the published columns.
 std::vector<TableRow> PublishedTable(MarkerKind marker);
 // Tables of both markers: of these files, or the published ones where they are empty.
 std::vector<TableRow> ReadTables(const std::string& active, const std::string& passive);
@@ -61,6 +61,7 @@ struct TableComparison {
     std::optional<double> ratio() const;
   };
   std::map<double, Loss> loss_by_distance_m = {};
+  std::map<double, double> rmse_by_distance_m = {};
   // Simulated minus published mean F where the published marker is lost for certain: at more than
   // 1.2 times its turbidity limit. Nothing where there is no such cell.
   std::optional<double> lost_fitness_error = {};

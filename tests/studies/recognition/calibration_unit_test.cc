@@ -167,6 +167,31 @@ TEST(CalibrationExperiment, BothTablesCount) {
   EXPECT_EQ(one.misfit, Misfit(one.constraints));
 }
 
+TEST(LeftOut, TakesNoPartButIsReported) {
+  const std::vector<TableRow> tables = {{{MarkerKind::kActive, 40, 0.4}, 0.5},
+                                        {{MarkerKind::kActive, 80, 0.8}, 0.5},
+                                        {{MarkerKind::kPassive, 10, 0.8}, 0.4}};
+  const std::vector<TableRow> rest = Without({0.8}, tables);
+  ASSERT_EQ(rest.size(), 1u);
+  EXPECT_EQ(rest[0].cell, tables[0].cell);
+  EXPECT_THROW(Without({0.6}, tables), ConfigError);
+  EXPECT_THROW(Without({0.4, 0.8}, tables), ConfigError);
+
+  CalibrationPlan plan;
+  plan.cell_share = 1;
+  plan.parameters = {Parameter(0.5, 2, false)};
+  const auto errors = ErrorsByColumn(plan, {1}, tables, {0.8});
+  ASSERT_EQ(errors.size(), 3u);
+  const Evaluation all = Evaluate(ExperimentOf(plan, tables), {1});
+  for (size_t i = 0; i < errors.size(); ++i) {
+    EXPECT_EQ(errors[i].marker, tables[i].cell.marker);
+    EXPECT_EQ(errors[i].left_out, tables[i].cell.distance_m == 0.8);
+    EXPECT_NEAR(errors[i].rmse, std::abs(all.fitness[i] - tables[i].fitness_mean), 1e-9);
+    EXPECT_EQ(errors[i].area_agreement,
+              AreaOf(all.fitness[i]) == AreaOf(tables[i].fitness_mean) ? 1 : 0);
+  }
+}
+
 // One parameter, one cell.
 CalibrationPlan RimPlan() {
   FreeParameter power;
@@ -314,7 +339,7 @@ TEST(EvaluationWork, DoesWhatItsInputSays) {
   std::vector<TableRow> tables = PublishedTable(MarkerKind::kActive);
   for (const TableRow& row : PublishedTable(MarkerKind::kPassive)) tables.push_back(row);
   const CalibrationExperiment experiment = ExperimentOf(plan, tables);
-  ASSERT_EQ(experiment.rows.size(), 4u);  // one of each column
+  ASSERT_EQ(experiment.rows.size(), 6u);  // one of each column
   const std::string output = EvaluationWork().run(
       report::JsonLine({{"experiment", experiment}, {"values", plan.Start()}}));
   EXPECT_EQ(output, report::JsonLine(Evaluate(experiment, plan.Start())));
