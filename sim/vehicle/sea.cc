@@ -46,6 +46,17 @@ std::vector<WaveComponent> RegularWaves(const SeaParams& params) {
   return waves;
 }
 
+// Held at both ends; zero without a series.
+Vector3d ValueAt(const CurrentSeries& series, double time_s) {
+  if (series.empty()) return Vector3d::Zero();
+  const auto after = std::ranges::upper_bound(series, time_s, {}, &MeasuredCurrent::time_s);
+  if (after == series.begin()) return series.front().v_W;
+  const MeasuredCurrent& before = *std::prev(after);
+  if (after == series.end()) return before.v_W;
+  return before.v_W +
+         (time_s - before.time_s) / (after->time_s - before.time_s) * (after->v_W - before.v_W);
+}
+
 }  // namespace
 
 void CurrentParams::Check(const std::string& path) const {
@@ -112,18 +123,7 @@ void Sea::MakeWaves() {
   }
 }
 
-void Sea::Measure(double time_s) {
-  if (series_.empty()) return;
-  const auto after = std::ranges::upper_bound(series_, time_s, {}, &MeasuredCurrent::time_s);
-  measured_rate_.setZero();
-  if (after == series_.begin() || after == series_.end()) {
-    measured_ = (after == series_.begin() ? series_.front() : series_.back()).v_W;
-    return;
-  }
-  const MeasuredCurrent& before = *std::prev(after);
-  measured_rate_ = (after->v_W - before.v_W) / (after->time_s - before.time_s);
-  measured_ = before.v_W + (time_s - before.time_s) * measured_rate_;
-}
+void Sea::Measure(double time_s) { measured_ = ValueAt(series_, time_s); }
 
 double Sea::Remaining(double z_m) const {
   const double decay_m = params_.current.decay_depth_m;
@@ -132,6 +132,8 @@ double Sea::Remaining(double z_m) const {
 
 void Sea::Step(double dt_s, double begin_s) {
   Measure(begin_s);
+  // Over the step: slopes of rows that are closer would add up to another speed.
+  measured_rate_ = (ValueAt(series_, begin_s + dt_s) - measured_) / dt_s;
   const CurrentParams& current = params_.current;
   drift_ += dt_s * (current.surface_velocity_mps + measured_ + dt_s / 2 * measured_rate_);
   if (current.gust_std_mps <= 0) return;

@@ -189,5 +189,21 @@ TEST(Sea, DriftIsTheWayThatTheCurrentWent) {
   EXPECT_GT(drift.norm(), 0.5);
 }
 
+// Also where its rows are closer than the steps, and rough.
+TEST(Sea, AccelerationsOfAMeasuredCurrentAddUpToIt) {
+  constexpr double kTick_s = 0.01;
+  Rng rng = Stream(3);
+  CurrentSeries series;
+  for (int i = 0; i <= 1600; ++i) series.push_back({i * kTick_s / 16, {0.01 * rng.Normal(), 0, 0}});
+  Sea sea(SeaParams(), Stream(7), series);
+  double speed_mps = series.front().v_W.x();
+  for (int i = 0; i < 100; ++i) {
+    sea.Step(kTick_s, i * kTick_s);
+    const WaterMotion begin = sea.At(Vector3d::Zero(), i * kTick_s);
+    ASSERT_NEAR(begin.v_W.x(), speed_mps, 1e-12) << i;
+    speed_mps += kTick_s * begin.a_W.x();
+  }
+}
+
 }  // namespace
 }  // namespace turbidock::vehicle
