@@ -269,4 +269,6 @@ def _parabola(sensor: Sensor, time_s: float, span_s: float) -> tuple[Numbers, Nu
         off = np.linalg.norm(values - basis @ fitted, axis=1)
         scale = 1.5 * np.median(off) + 1e-9
         weight = np.sqrt(np.minimum(1, 2 * scale / np.maximum(off, 1e-12)))
-    return product(about, turned(fitted[0])) if sensor.kind == "attitude" else fitted[0], fitted[1], fitted[2]
+    if sensor.kind == "attitude":
+        return product(about, turned(fitted[0])), fitted[1], fitted[2]
+    return fitted[0], fitted[1], fitted[2]

@@ -75,7 +75,8 @@ Slopes = dict[str, tuple[Numbers, Numbers]]
 class Problem:
     """Logs, a vehicle, the parameters to be told."""
 
-    def __init__(self, logs: Sequence[Log], scenarios: Sequence[Scenario], parameters: Sequence[Parameter], workers: int) -> None:
+    def __init__(self, logs: Sequence[Log], scenarios: Sequence[Scenario], parameters: Sequence[Parameter],
+                 workers: int) -> None:
         self.logs, self.scenarios, self.parameters, self.workers = list(logs), list(scenarios), list(parameters), workers
         self.index = {parameter.name: i for i, parameter in enumerate(self.parameters)}
         # Those that change the plant, not the log's clock or point.
@@ -83,7 +84,6 @@ class Problem:
         self.vehicles = [plain_vehicle(scenario) for scenario in self.scenarios]
         self.std = {sensor.kind: float(np.median([log_sensor.std for log in logs for log_sensor in log.sensors
                                                   if log_sensor.kind == sensor.kind])) for log in logs for sensor in log.sensors}
-        self.floor = dict.fromkeys(self.std, 0.0)  # of each std, once `step_error` was asked
         self.held = np.zeros(len(self.parameters), bool)  # stay where they are
         self.reject = False
         self.coarse = False  # flights are not extrapolated
@@ -102,7 +102,8 @@ class Problem:
         """When, on the commands' clock, the measurements were made."""
         values = self.values(z)
         drift = values.get("delay.drift", 0.0) if sensor.delay == "delay.pose" else 0.0
-        times, middle = sensor.time_s[rows], 0.5 * (sensor.time_s[0] + sensor.time_s[-1])
+        times = sensor.time_s[rows]
+        middle = 0.5 * (sensor.time_s[0] + sensor.time_s[-1])
         return np.asarray(times - values.get(sensor.delay, 0.0) - drift * (times - middle))
 
     def fly(self, parts: Sequence[Part], z: Numbers, flights: Sequence[tuple[int, int, Numbers]],
@@ -227,12 +228,12 @@ class Reduced:
     gradient: Numbers
     cost: float
     windows: list[tuple[Numbers, Numbers, Numbers]]
-    pulls: list[tuple[Numbers, Numbers]]  # each window's share of information and gradient
 
 
 def reduce(linear: Sequence[Linear], parts: Sequence[Part], guesses: Sequence[Numbers], damping: float = 0) -> Reduced:
     """Eliminates the windows' states. Damped, they move less, as Levenberg and Marquardt have it."""
-    cost, kept, pulls = 0.0, [], []
+    count = linear[0].by_z.shape[1]
+    information, gradient, cost, kept = np.zeros((count, count)), np.zeros(count), 0.0, []
     for one, part, guess in zip(linear, parts, guesses):
         off = difference(part.state, guess) / FREE_STD**2
         inner = one.by_state.T @ one.by_state + np.diag(1 / FREE_STD**2)
@@ -240,10 +241,11 @@ def reduce(linear: Sequence[Linear], parts: Sequence[Part], guesses: Sequence[Nu
         cross = one.by_state.T @ one.by_z
         force = one.by_state.T @ one.residual + off
         solved = np.linalg.solve(inner, np.column_stack([cross, force]))
-        pulls.append((one.by_z.T @ one.by_z - cross.T @ solved[:, :-1], one.by_z.T @ one.residual - cross.T @ solved[:, -1]))
+        information += one.by_z.T @ one.by_z - cross.T @ solved[:, :-1]
+        gradient += one.by_z.T @ one.residual - cross.T @ solved[:, -1]
         cost += float(one.residual @ one.residual)
         kept.append((inner, cross, force))
-    return Reduced(*(np.sum(each, axis=0) for each in zip(*pulls)), cost, kept, pulls)
+    return Reduced(information, gradient, cost, kept)
 
 
 def share_of_noise(problem: Problem, parts: Sequence[Part], z: Numbers, reduced: Reduced, linear: Sequence[Linear]) -> Numbers:
@@ -277,8 +279,9 @@ def solve(problem: Problem, parts: list[Part], z: Numbers, *, with_z: bool = Tru
         linear = problem.linear(parts, z, slopes)
         for part, one in zip(parts, linear):
             if not (np.isfinite(one.cost) and np.isfinite(one.by_z).all() and np.isfinite(one.by_state).all()):
-                raise _core.ConfigError("{}: a prediction from {:.1f} s on leaves all bounds: are the thrusters' places, signs and strengths "
-                                        "those of the MJCF?".format(part.log.name, part.window.first_s + part.log.clock_begin_s))
+                begin_s = part.window.first_s + part.log.clock_begin_s
+                raise _core.ConfigError(f"{part.log.name}: a prediction from {begin_s:.1f} s on leaves all bounds: are the thrusters' "
+                                        "places, signs and strengths those of the MJCF?")
         # What is gained counts by what is left in most windows, which of a wrong model is more than noise.
         left = max(1.0, float(np.median([one.cost / len(one.residual) for one in linear])))
         gain, gains, begin = np.inf, [0.0], _cost(linear, parts, guesses, z)
@@ -325,15 +328,6 @@ def _cost(linear: Sequence[Linear], parts: Sequence[Part], guesses: Sequence[Num
             + sum(float(((difference(part.state, guess) / FREE_STD) ** 2).sum()) for part, guess in zip(parts, guesses)))
 
 
-def step_error(problem: Problem, parts: Sequence[Part], z: Numbers, rough: Sequence[Linear]) -> dict[str, float]:
-    """By sensor, how far the scenario's plant is off endless steps by its own: `rough`, of FEWER_TICKS, is so in proportion. No less
-    can a fit be asked to explain."""
-    problem.coarse = False
-    share = FEWER_TICKS / float(problem.scenarios[0]["clock.ticks_per_frame"])
-    off = [{kind: fine.raw[kind] - raw for kind, raw in each.raw.items()} for fine, each in zip(problem.linear(parts, z, problem.old), rough)]
-    return {kind: share * float(np.sqrt(np.mean(np.concatenate([each[kind] for each in off if kind in each])**2))) for kind in problem.std}
-
-
 def noise(problem: Problem, linear: Sequence[Linear], parts: Sequence[Part]) -> dict[str, float]:
     """Standard deviation of each sensor's noise from the residuals, less what was fitted to them."""
     found = dict(problem.std)
@@ -342,7 +336,7 @@ def noise(problem: Problem, linear: Sequence[Linear], parts: Sequence[Part]) -> 
         # A normal error is within SUSPECT of the mean of its components often enough to count as all of them.
         good = np.concatenate([one.raw[kind][one.weight[kind] >= 1].ravel() for one in linear if kind in one.raw])
         if good.size:
-            found[kind] = max(float(np.sqrt((good**2).sum() / max(good.size - fitted, 0.25 * good.size))), problem.floor[kind])
+            found[kind] = float(np.sqrt((good**2).sum() / max(good.size - fitted, 0.25 * good.size)))
     return found
 
 
@@ -355,10 +349,11 @@ def disagreement(linear: Sequence[Linear], reduced: Reduced) -> float:
     rows = correlation_time(linear)
     whole = np.linalg.inv(np.linalg.cholesky(reduced.information + np.eye(len(reduced.information))))
     found = mean = variance = 0.0
-    for told, pull in reduced.pulls:
-        share = whole @ told @ whole.T
+    for one, (inner, cross, force) in zip(linear, reduced.windows):
+        solved = np.linalg.solve(inner, np.column_stack([cross, force]))
+        share = whole @ (one.by_z.T @ one.by_z - cross.T @ solved[:, :-1]) @ whole.T
         free = share - share @ share
-        found += float(((whole @ pull)**2).sum()) / rows
+        found += float(((whole @ (one.by_z.T @ one.residual - cross.T @ solved[:, -1]))**2).sum()) / rows
         mean += float(np.trace(free))
         variance += 2 * float((free * free.T).sum())
     spread = variance / (9 * mean**2)
@@ -367,10 +362,8 @@ def disagreement(linear: Sequence[Linear], reduced: Reduced) -> float:
 
 def covariance_of(linear: Sequence[Linear], reduced: Reduced) -> Numbers:
     """Of the parameters, with what is left as it hangs together (Morelli and Klein, J. Guidance 20, 1997): by sensor the spectrum of
-    its residuals, in cosines over a window, of which the fit took a part that is known (Whittle's likelihood; Lucy 1974). No less than
-    by what fits without a window differ, where windows differ by more than noise (Tukey's jackknife, 1958)."""
-    normal = reduced.information + np.eye(len(reduced.information))
-    inverse = np.linalg.inv(normal)
+    its residuals, in cosines over a window, of which the fit took a part that is known (Whittle's likelihood; Lucy 1974)."""
+    inverse = np.linalg.inv(reduced.information + np.eye(len(reduced.information)))
     took, bands = np.zeros((FREE + len(inverse),) * 2), len(BANDS)
     took[FREE:, FREE:] = inverse
     power = {kind: np.zeros(bands) for one in linear for kind in one.raw}
@@ -394,10 +387,7 @@ def covariance_of(linear: Sequence[Linear], reduced: Reduced) -> Numbers:
         for _ in range(300):
             spectrum[kind] *= each.T @ (power[kind] / np.maximum(each @ spectrum[kind], 1e-300)) / each.sum(axis=0)
     scatter = sum((pull.T @ ((spectrum[kind] @ band)[:, None] * pull) for kind, pull, band in pulls), np.eye(len(inverse)))
-    made = np.asarray(inverse @ scatter @ inverse)
-    without = np.array([np.linalg.solve(normal - told, pull) for told, pull in reduced.pulls])
-    wider = np.maximum(1, np.sqrt((len(without) - 1) * without.var(axis=0) / np.diag(made)))
-    return made * np.outer(wider, wider)
+    return np.asarray(inverse @ scatter @ inverse)
 
 
 def correlation_time(linear: Sequence[Linear]) -> float:

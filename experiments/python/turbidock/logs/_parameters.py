@@ -53,8 +53,9 @@ class Parameter:
 
 def parameters_of(scenario: Scenario, *, thrust_std: float = 0, find: Collection[str] = (), onboard: bool = False
                   ) -> list[Parameter]:
-    """Those of the scenario's vehicle; their values before are `vehicle`'s. `thrust_std`: relative, of all thrust together, which no log
-    of motion alone tells. `find`: of FINDS. `onboard`: the log has motion by sensors on the commands' clock besides poses."""
+    """Those of the scenario's vehicle; their values before are `vehicle`'s. `thrust_std`: relative, of all thrust together,
+    which no log of motion alone tells. `find`: of FINDS. `onboard`: the log has motion by sensors on the commands' clock
+    besides poses."""
     vehicle = plain_vehicle(scenario)
     hydro, thrusters, body = vehicle["hydrodynamics"], vehicle["thrusters"], vehicle["rigid_body"]
     mass = float(body["mass_kg"])
@@ -80,9 +81,11 @@ def parameters_of(scenario: Scenario, *, thrust_std: float = 0, find: Collection
         found += [Parameter("thrust.dead_band", "V", float(thrusters["dead_band_volts"]), 0.3, True, 0, 2.4),
                   Parameter("thrust.exponent", "", float(thrusters["curve_exponent"]), 0.2, True, 0.5, 4)]
     if thrusters["lag_s"] > 0:
-        found += [Parameter("thrust.lag", "s", float(thrusters["lag_s"]), 0.5, True, 0, 10),
-                  Parameter("thrust.lag_power", "", float(thrusters["lag_power"]), 0.5, True, 0.5, 4)]
-    found += [Parameter("thrust.inflow_loss", "s/m", float(thrusters["inflow_loss_s_per_m"]), 0.5, True, 0, 10), Parameter("delay.pose", "s", 0, 0.1, False), Parameter("delay.drift", "s/s", 0, 1e-4, False)]
+        found.append(Parameter("thrust.lag", "s", float(thrusters["lag_s"]), 0.5, True, 0, 10))
+        found.append(Parameter("thrust.lag_power", "", float(thrusters["lag_power"]), 0.5, True, 0.5, 4))
+    if thrusters["inflow_loss_s_per_m"] > 0:
+        found.append(Parameter("thrust.inflow_loss", "s/m", float(thrusters["inflow_loss_s_per_m"]), 0.5, True, 0, 10))
+    found += [Parameter("delay.pose", "s", 0, 0.1, False), Parameter("delay.drift", "s/s", 0, 1e-4, False)]
     if onboard:
         found.append(Parameter("delay.onboard", "s", 0, 0.1, False))
     return [parameter for parameter in found if parameter.before != 0 or not parameter.scale] + [

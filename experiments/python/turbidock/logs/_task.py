@@ -67,8 +67,10 @@ class Task:
         costs = {}
         for offset in np.round(np.arange(-FARTHEST_S, FARTHEST_S + 1e-9, 0.2), 1):
             log.set_offset(float(offset))
-            costs[float(offset)] = float(np.nan_to_num(_cost_before(problem, log, WINDOW_S), nan=np.inf))
-        best = min(costs, key=lambda offset: costs[offset])
+            cost = _cost_before(problem, log, WINDOW_S)
+            if np.isfinite(cost):
+                costs[float(offset)] = cost
+        best = min(costs, key=lambda offset: costs[offset], default=0.0)
         log.set_offset(best if abs(best) > BEFORE_S / 2 and costs[best] < 0.8 * costs.get(0.0, np.inf) else 0.0)
 
     def _check_wiring(self, log: Log, scenario: Scenario, workers: int) -> None:
@@ -105,14 +107,13 @@ class Task:
         return name
 
     def own_noise(self, kind: str) -> float:
-        """Of a kind of sensor, by the logs' own third differences, and no less than the plant's own error."""
-        return max(float(np.median([sensor.std for log in self.logs for sensor in log.sensors if sensor.kind == kind])),
-                   self.problem.floor[kind])
+        """Of a kind of sensor, by the logs' own third differences."""
+        return float(np.median([sensor.std for log in self.logs for sensor in log.sensors if sensor.kind == kind]))
 
     def with_more(self, parameters: Sequence[Parameter]) -> Problem:
         """The problem with these parameters besides."""
         made = Problem(self.logs, self.problem.scenarios, [*self.parameters, *parameters], self.problem.workers)
-        made.std, made.floor, made.reject = self.problem.std, self.problem.floor, self.problem.reject
+        made.std, made.reject = self.problem.std, self.problem.reject
         return made
 
     def parts(self, held_out: float) -> list[Part]:
@@ -124,6 +125,9 @@ class Task:
         if not made:
             raise _core.ConfigError(f"{', '.join(self.names)}: no stretch of {WINDOW_S:g} s without a gap in commands or motion")
         return made
+
+    def source(self) -> str:
+        return "turbidock-identify, " + ", ".join(self.names)
 
 
 def _cost_before(problem: Problem, log: Log, window_s: float) -> float:

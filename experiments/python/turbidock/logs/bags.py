@@ -26,8 +26,7 @@ and of a trial of turbidock's own (`turbidock-mcap --ros2`):
 
     motion:
       odometry: /tf[vehicle]
-      commands: {topic: /commands, field: [sway_v, heave_v], columns: [sway_v, heave_v]}     # of each thruster
-      current: {topic: /motion, field: [water_x_mps, water_y_mps, water_z_mps], columns: [water_x_mps, water_y_mps, water_z_mps]}
+      commands: {topic: /commands, field: [sway_v, heave_v], columns: [sway_v, heave_v]}
 
 Any message will do, also of a type of one's own: `field` is the way to a number, a list, a vector or a quaternion in it, or a list
 of such ways; `columns` are those of `turbidock.logs.motion` that it fills; `scale` multiplies, then `offset` adds: commands of

@@ -66,8 +66,9 @@ def drift(scenario: Scenario | Path, commands: Mapping[str, Numbers]) -> tuple[f
     made = still(scenario_of(scenario))
     buoyancy = next(parameter for parameter in parameters_of(made) if parameter.name == "trim.buoyancy")
     models = [scenario_with(made, {buoyancy.name: buoyancy.value(z)}) for z in (-1.96, 0, 1.96)]
+    zeros = np.zeros(3, np.int64)
     ends = _core.predict([model._cpp for model in models], dict(commands), np.zeros(1), [commands["time_s"][-1:]], np.arange(3),
-                         np.zeros(3, np.int64), np.repeat(BEGIN, 3, axis=0), 1)
+                         zeros, np.repeat(BEGIN, 3, axis=0), 1)
     return max(abs(float(end[0, 2] - ends[1][0, 2])) for end in ends), 1.96 * buoyancy.std
 
 
@@ -75,7 +76,8 @@ def _table(scenario: Scenario, demands: Numbers) -> dict[str, Numbers]:
     """Demands by axis, besides what holds the vehicle's depth as far as its buoyancy is known, as the thrusters' voltages."""
     demands = demands - np.array([0, 0, buoyancy_newton(plain_vehicle(scenario)), 0])
     time_s = np.arange(len(demands)) / COMMANDS_HZ
-    times, volts = _core.commands(scenario._cpp, {"time_s": time_s} | {name: demands[:, i] for i, name in enumerate(AXES)}, "plan")
+    times, volts = _core.commands(scenario._cpp, {"time_s": time_s} | {name: demands[:, i] for i, name in enumerate(AXES)},
+                                  "plan")
     return {"time_s": times} | {f"{name}_v": volts[:, i] for i, name in enumerate(_core.thrusters(scenario._cpp))}
 
 

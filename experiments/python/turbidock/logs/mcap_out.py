@@ -95,7 +95,8 @@ class McapFile:
             if kind not in self._schemas:
                 self._schemas[kind] = register_schema(self._writer, type(message))
             self._channels[topic] = self._writer.register_channel(topic, MessageEncoding.Protobuf, self._schemas[kind])
-        self._writer.add_message(self._channels[topic], log_ns, message.SerializeToString(), log_ns if stamp_ns is None else stamp_ns)
+        self._writer.add_message(self._channels[topic], log_ns, message.SerializeToString(),
+                                 log_ns if stamp_ns is None else stamp_ns)
 
     def write_row(self, topic: str, name: str, row: Mapping[str, float | str], log_ns: int) -> None:
         """Numbers and words by their names, as a message turbidock.NAME whose fields are the first row's."""
@@ -203,7 +204,8 @@ def _primitives(geom: Mapping[str, Any], meshes: Sequence[Mapping[str, Any]]) ->
     shape, place = geom["shape"], geom["pose"]
     # albedo is linear; what surrounds the station is seen through
     r, g, blue, alpha = (min(max(share, 0), 1) for share in geom["rgba"])
-    color = Color_pb2.Color(r=r ** (1 / 2.2), g=g ** (1 / 2.2), b=blue ** (1 / 2.2), a=0.15 if geom["part"] == "environment" else alpha)
+    color = Color_pb2.Color(r=r ** (1 / 2.2), g=g ** (1 / 2.2), b=blue ** (1 / 2.2),
+                            a=0.15 if geom["part"] == "environment" else alpha)
 
     def ball(at: Place, x: float, y: float, z: float) -> Message:
         return SpherePrimitive_pb2.SpherePrimitive(pose=_pose(at), size=_vector(2 * x, 2 * y, 2 * z), color=color)
