@@ -32,12 +32,12 @@ struct RangeKey {
   double At(double place) const;
 
   static void Fields(auto& self, auto&& field) {
-    field("from", self.from, Finite(), "one end of the range");
-    field("to", self.to, Finite(), "the other end");
-    field("scale", self.scale, Finite(), "how its values lie between them");
-    field(
-        "success", self.success, Finite(),
-        "falls or rises from one end to the other, which takes fewer trials; unknown: may do both");
+    field("from", self.from, Finite(), "first value of the range");
+    field("to", self.to, Finite(), "last value of the range");
+    field("scale", self.scale, Finite(), "spacing of the range's values");
+    field("success", self.success, Finite(),
+          "whether success falls or rises from the first value to the last, which takes fewer "
+          "trials; unknown: may do both");
   }
 };
 
