@@ -75,14 +75,19 @@ def test_a_flight_is_that_of_endless_steps(scenario, commands):
     flights = [(0, i, part.state) for i, part in enumerate(parts)]
     flown = task.problem.fly(parts, z, flights, [z])
     far = {}
-    for ticks in (16, 256):
+    for ticks in (256, 16):
         model = task.problem._model(task.logs[0], z, ticks)
         plain = _core.predict([model], task.logs[0].commands, np.array([part.window.begin_s for part in parts]),
                               [task.problem.times(sensor, part.window.rows["position"], z)
                                for part in parts for sensor in task.logs[0].sensors if sensor.kind == "position"],
                               np.zeros(len(parts), np.int64), np.arange(len(parts)), np.array([part.state for part in parts]), 1)
-        far[ticks] = max(np.abs(one["position"][:, :3] - other[:, :3]).max() for one, other in zip(flown, plain))
+        off = [one["position"][:, :3] - other[:, :3] for one, other in zip(flown, plain)]
+        far[ticks] = max(np.abs(each).max() for each in off)
     assert far[256] < 1e-4 < 5e-4 < far[16]
+    # So no log that a plant of 16 steps flew is nearer than this.
+    task.problem.old, task.problem.coarse = task.problem.slopes(parts, z, len(z), state=False), True
+    floor = _output_error.step_error(task.problem, parts, z, task.problem.linear(parts, z, task.problem.old))
+    assert 0.9 < floor["position"] / np.sqrt(np.mean(np.concatenate(off) ** 2)) < 1.1 and 0 < floor["attitude"] < 1e-3
 
 
 @pytest.mark.parametrize("late", ["all", "one"])
@@ -267,10 +272,51 @@ def test_intervals_are_those_of_noise_that_hangs_together():
         left = [r + z @ found[-1] - by_state @ np.linalg.solve(inner, force + cross @ found[-1])
                 for r, z, (inner, cross, force) in zip(noise, by_z, begun.windows)]
         linear = windows(left)
-        said.append(np.diag(_output_error.covariance_of(linear, _output_error.reduce(linear, parts, guesses))))
+        said.append(np.diag(_output_error.covariance_of(linear, _output_error.reduce(linear, parts, guesses))[0]))
     share = np.sqrt(np.mean(said, axis=0)) / np.std(found, axis=0)
     white = np.sqrt(np.diag(np.linalg.inv(begun.information + np.eye(4)))) / np.std(found, axis=0)
     assert (abs(share - 1) < 0.25).all() and (white[:2] < 0.25).all() and (abs(white[2:] - 1) < 0.25).all(), (share, white)
+
+
+def test_intervals_are_wider_where_windows_differ_more_than_noise():
+    """Where each window has parameters of its own, as of a model that is wrong, what is left looks white all the same. Where it is
+    noise alone, also with most of what tells a parameter in one window, they hardly change."""
+    rng = np.random.default_rng(6)
+    by_z = rng.standard_normal((10, 300, 3))
+    by_z[0, :, 2] *= 5
+    parts = [_output_error.Part(None, None, np.zeros(13) + (np.arange(13) == 3)) for _ in by_z]
+
+    def widths(apart):
+        found, said, white = [], [], []
+        for _ in range(100):
+            noise = rng.standard_normal((10, 300)) + np.einsum("wnk,wk->wn", by_z, apart * rng.standard_normal((10, 3)))
+            found.append(-np.linalg.lstsq(by_z.reshape(-1, 3), noise.ravel(), rcond=None)[0])
+            linear = [_output_error.Linear(r, z, np.zeros((300, 12)), {"position": r[:, None]}, {"position": np.ones(300)}, 0)
+                      for r, z in zip(noise + by_z @ found[-1], by_z)]
+            covariance, wider = _output_error.covariance_of(linear, _output_error.reduce(linear, parts, [part.state for part in parts]))
+            white.append(np.diag(covariance))
+            said.append(white[-1] * wider**2)
+        return [np.sqrt(np.mean(each, axis=0)) / np.std(found, axis=0) for each in (said, white)]
+
+    apart, quiet = widths(0.3), widths(0)
+    assert (abs(apart[0][:2] - 1) < 0.25).all() and (apart[1][:2] < 0.5).all(), apart
+    assert ((quiet[0] > 0.85) & (quiet[0] < 1.35)).all(), quiet
+
+
+def test_a_lack_is_offered_where_it_is_beyond_its_own_interval(scenario, commands, monkeypatch):
+    log = logs.log_of(scenario, {}, {name: column[:250] for name, column in commands.items()}, np.random.default_rng(7))
+    q = np.stack([log[f"vehicle_q{axis}"] for axis in "wxyz"], axis=1)
+    for axis, way in zip("xyz", _rotation.rotated(q, np.tile([0.15, 0, 0], (len(q), 1))).T):
+        log[f"vehicle_{axis}_m"] = log[f"vehicle_{axis}_m"] + way
+    task = _task.Task(log, scenario, "still", 0, 1)
+    parts = task.parts(0)
+    z, reduced, linear = solve(task.problem, parts, np.zeros(len(task.parameters)), most=4)
+    task.problem.std = _output_error.noise(task.problem, linear, parts)
+    apart = _output_error.disagreement(linear, reduced)
+    offer = identify._offer(task, parts, z, apart)
+    assert "with poses of another point than B" in offer and float(offer.split("lever.ahead ")[1].split()[0]) == pytest.approx(0.15, abs=0.02)
+    monkeypatch.setattr(identify, "covariance_of", lambda _, reduced: (np.eye(len(reduced.information)), np.ones(len(reduced.gradient))))
+    assert identify._offer(task, parts, z, apart) == identify.NO_OFFER
 
 
 def test_the_vehicles_file_is_what_was_found(simulated, tmp_path):

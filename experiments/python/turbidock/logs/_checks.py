@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import Callable, Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from .._core import ConfigError
 from .._rotation import conjugate, product, rotated, vector_of
-from .motion import DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, Motion, has
-
-Numbers = npt.NDArray[np.float64]
+from .motion import DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, Motion, Numbers, has
 
 DOWN = np.array([1.0, -1, -1])
 OVER_S = 1.0  # what is compared: how far it went, and turned, in that time

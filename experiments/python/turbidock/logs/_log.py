@@ -14,10 +14,8 @@ from .. import _core
 from ..scenario import Scenario
 from ._checks import check_table, check_turn_rate, check_velocity, without_repeats
 from .._rotation import conjugate, product, quaternion_of, rotated, turned, vector_of
-from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, has, read_motion,
+from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, Numbers, check_motion, has, read_motion,
                      without_zeros, write_motion)
-
-Numbers = npt.NDArray[np.float64]
 
 STATE = 13  # x, y, z in W, w, x, y, z of R_WB, velocity in B, turn rate in B: as `_core.predict` has it
 MOST_HZ = 20.0  # measurements of a sensor: of more, means tell as much of a vehicle
@@ -194,7 +192,7 @@ def _sensors(table: Motion, time_s: Numbers, name: str) -> list[Sensor]:
         if has(table, names):
             found.append(Sensor(kind, *columns(names), "delay.onboard"))
     for sensor in found:
-        sensor.time_s, sensor.values = _averaged(sensor.time_s, sensor.values, sensor.kind == "attitude")
+        sensor.time_s, sensor.values = averaged(sensor.time_s, sensor.values, sensor.kind == "attitude")
         if len(sensor.time_s) < 10:
             raise _core.ConfigError(f"{name}: only {len(sensor.time_s)} measurements of {sensor.kind}")
         sensor.std = _noise(sensor)
@@ -204,7 +202,7 @@ def _sensors(table: Motion, time_s: Numbers, name: str) -> list[Sensor]:
     return found
 
 
-def _averaged(time_s: Numbers, values: Numbers, quaternions: bool) -> tuple[Numbers, Numbers]:
+def averaged(time_s: Numbers, values: Numbers, quaternions: bool = False) -> tuple[Numbers, Numbers]:
     """Times and values, where they come at twice MOST_HZ or more as means over its periods."""
     if len(time_s) < 2 or np.median(np.diff(time_s)) > 0.5 / MOST_HZ:
         return time_s, values
@@ -254,8 +252,7 @@ def _gaps(times: Numbers, shortest_s: float) -> list[tuple[float, float]]:
 
 def _parabola(sensor: Sensor, time_s: float, span_s: float) -> tuple[Numbers, Numbers, Numbers]:
     """Value, rate and acceleration at a time, from a robust parabola; of an attitude its quaternion and turn rates in B."""
-    near = np.argsort(np.abs(sensor.time_s - time_s))[:max(8, int((np.abs(sensor.time_s - time_s) < span_s).sum()))]
-    near = np.sort(near)
+    near = np.sort(np.argsort(np.abs(sensor.time_s - time_s))[:max(8, int((np.abs(sensor.time_s - time_s) < span_s).sum()))])
     t, values = sensor.time_s[near] - time_s, sensor.values[near]
     about = np.zeros(0)
     if sensor.kind == "attitude":
@@ -269,6 +266,4 @@ def _parabola(sensor: Sensor, time_s: float, span_s: float) -> tuple[Numbers, Nu
         off = np.linalg.norm(values - basis @ fitted, axis=1)
         scale = 1.5 * np.median(off) + 1e-9
         weight = np.sqrt(np.minimum(1, 2 * scale / np.maximum(off, 1e-12)))
-    if sensor.kind == "attitude":
-        return product(about, turned(fitted[0])), fitted[1], fitted[2]
-    return fitted[0], fitted[1], fitted[2]
+    return product(about, turned(fitted[0])) if sensor.kind == "attitude" else fitted[0], fitted[1], fitted[2]

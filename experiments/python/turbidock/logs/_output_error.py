@@ -21,9 +21,8 @@ from .. import _core
 from ..scenario import Scenario
 from ._log import STATE, Log, Sensor, Window, errors
 from ._parameters import Parameter, plain_vehicle, scenario_with
+from .motion import Numbers
 from .._rotation import product, rotated, turned
-
-Numbers = npt.NDArray[np.float64]
 
 FREE = 12  # of a window's state: position in W, turn in B, velocity, turn rate
 FREE_STD = np.array([3.0] * 3 + [0.3] * 3 + [0.5] * 3 + [0.5] * 3)  # about the first guess: next to nothing is known
@@ -75,8 +74,7 @@ Slopes = dict[str, tuple[Numbers, Numbers]]
 class Problem:
     """Logs, a vehicle, the parameters to be told."""
 
-    def __init__(self, logs: Sequence[Log], scenarios: Sequence[Scenario], parameters: Sequence[Parameter],
-                 workers: int) -> None:
+    def __init__(self, logs: Sequence[Log], scenarios: Sequence[Scenario], parameters: Sequence[Parameter], workers: int) -> None:
         self.logs, self.scenarios, self.parameters, self.workers = list(logs), list(scenarios), list(parameters), workers
         self.index = {parameter.name: i for i, parameter in enumerate(self.parameters)}
         # Those that change the plant, not the log's clock or point.
@@ -84,6 +82,7 @@ class Problem:
         self.vehicles = [plain_vehicle(scenario) for scenario in self.scenarios]
         self.std = {sensor.kind: float(np.median([log_sensor.std for log in logs for log_sensor in log.sensors
                                                   if log_sensor.kind == sensor.kind])) for log in logs for sensor in log.sensors}
+        self.floor = dict.fromkeys(self.std, 0.0)  # of each std, once `step_error` was asked
         self.held = np.zeros(len(self.parameters), bool)  # stay where they are
         self.reject = False
         self.coarse = False  # flights are not extrapolated
@@ -102,8 +101,7 @@ class Problem:
         """When, on the commands' clock, the measurements were made."""
         values = self.values(z)
         drift = values.get("delay.drift", 0.0) if sensor.delay == "delay.pose" else 0.0
-        times = sensor.time_s[rows]
-        middle = 0.5 * (sensor.time_s[0] + sensor.time_s[-1])
+        times, middle = sensor.time_s[rows], 0.5 * (sensor.time_s[0] + sensor.time_s[-1])
         return np.asarray(times - values.get(sensor.delay, 0.0) - drift * (times - middle))
 
     def fly(self, parts: Sequence[Part], z: Numbers, flights: Sequence[tuple[int, int, Numbers]],
@@ -214,8 +212,7 @@ class Problem:
         part = base[:, 7:10] if sensor.kind == "velocity" else base[:, 10:13]
         rate = rates[sensor.kind] if sensor.kind in rates else np.gradient(part, times, axis=0)
         told[:, at] = (-rate * self.parameters[at].std).ravel()
-        drift = self.index.get("delay.drift")
-        if drift is not None and sensor.delay == "delay.pose":
+        if (drift := self.index.get("delay.drift")) is not None and sensor.delay == "delay.pose":
             middle = 0.5 * (sensor.time_s[0] + sensor.time_s[-1])
             told[:, drift] = (-rate * self.parameters[drift].std * (times - middle)[:, None]).ravel()
 
@@ -228,12 +225,12 @@ class Reduced:
     gradient: Numbers
     cost: float
     windows: list[tuple[Numbers, Numbers, Numbers]]
+    pulls: list[tuple[Numbers, Numbers]]  # each window's share of information and gradient
 
 
 def reduce(linear: Sequence[Linear], parts: Sequence[Part], guesses: Sequence[Numbers], damping: float = 0) -> Reduced:
     """Eliminates the windows' states. Damped, they move less, as Levenberg and Marquardt have it."""
-    count = linear[0].by_z.shape[1]
-    information, gradient, cost, kept = np.zeros((count, count)), np.zeros(count), 0.0, []
+    cost, kept, pulls = 0.0, [], []
     for one, part, guess in zip(linear, parts, guesses):
         off = difference(part.state, guess) / FREE_STD**2
         inner = one.by_state.T @ one.by_state + np.diag(1 / FREE_STD**2)
@@ -241,11 +238,11 @@ def reduce(linear: Sequence[Linear], parts: Sequence[Part], guesses: Sequence[Nu
         cross = one.by_state.T @ one.by_z
         force = one.by_state.T @ one.residual + off
         solved = np.linalg.solve(inner, np.column_stack([cross, force]))
-        information += one.by_z.T @ one.by_z - cross.T @ solved[:, :-1]
-        gradient += one.by_z.T @ one.residual - cross.T @ solved[:, -1]
+        pulls.append((one.by_z.T @ one.by_z - cross.T @ solved[:, :-1], one.by_z.T @ one.residual - cross.T @ solved[:, -1]))
         cost += float(one.residual @ one.residual)
         kept.append((inner, cross, force))
-    return Reduced(information, gradient, cost, kept)
+    information, gradient = (np.sum(each, axis=0) for each in zip(*pulls))
+    return Reduced(information, gradient, cost, kept, pulls)
 
 
 def share_of_noise(problem: Problem, parts: Sequence[Part], z: Numbers, reduced: Reduced, linear: Sequence[Linear]) -> Numbers:
@@ -279,9 +276,8 @@ def solve(problem: Problem, parts: list[Part], z: Numbers, *, with_z: bool = Tru
         linear = problem.linear(parts, z, slopes)
         for part, one in zip(parts, linear):
             if not (np.isfinite(one.cost) and np.isfinite(one.by_z).all() and np.isfinite(one.by_state).all()):
-                begin_s = part.window.first_s + part.log.clock_begin_s
-                raise _core.ConfigError(f"{part.log.name}: a prediction from {begin_s:.1f} s on leaves all bounds: are the thrusters' "
-                                        "places, signs and strengths those of the MJCF?")
+                raise _core.ConfigError("{}: a prediction from {:.1f} s on leaves all bounds: are the thrusters' places, signs and strengths "
+                                        "those of the MJCF?".format(part.log.name, part.window.first_s + part.log.clock_begin_s))
         # What is gained counts by what is left in most windows, which of a wrong model is more than noise.
         left = max(1.0, float(np.median([one.cost / len(one.residual) for one in linear])))
         gain, gains, begin = np.inf, [0.0], _cost(linear, parts, guesses, z)
@@ -328,6 +324,15 @@ def _cost(linear: Sequence[Linear], parts: Sequence[Part], guesses: Sequence[Num
             + sum(float(((difference(part.state, guess) / FREE_STD) ** 2).sum()) for part, guess in zip(parts, guesses)))
 
 
+def step_error(problem: Problem, parts: Sequence[Part], z: Numbers, rough: Sequence[Linear]) -> dict[str, float]:
+    """By sensor, how far the scenario's plant is off endless steps by its own: `rough`, of FEWER_TICKS, is so in proportion. No less
+    can a fit be asked to explain."""
+    problem.coarse = False
+    share = FEWER_TICKS / float(problem.scenarios[0]["clock.ticks_per_frame"])
+    off = [{kind: fine.raw[kind] - raw for kind, raw in each.raw.items()} for fine, each in zip(problem.linear(parts, z, problem.old), rough)]
+    return {kind: share * float(np.sqrt(np.mean(np.concatenate([each[kind] for each in off if kind in each])**2))) for kind in problem.std}
+
+
 def noise(problem: Problem, linear: Sequence[Linear], parts: Sequence[Part]) -> dict[str, float]:
     """Standard deviation of each sensor's noise from the residuals, less what was fitted to them."""
     found = dict(problem.std)
@@ -336,7 +341,7 @@ def noise(problem: Problem, linear: Sequence[Linear], parts: Sequence[Part]) -> 
         # A normal error is within SUSPECT of the mean of its components often enough to count as all of them.
         good = np.concatenate([one.raw[kind][one.weight[kind] >= 1].ravel() for one in linear if kind in one.raw])
         if good.size:
-            found[kind] = float(np.sqrt((good**2).sum() / max(good.size - fitted, 0.25 * good.size)))
+            found[kind] = max(float(np.sqrt((good**2).sum() / max(good.size - fitted, 0.25 * good.size))), problem.floor[kind])
     return found
 
 
@@ -349,29 +354,30 @@ def disagreement(linear: Sequence[Linear], reduced: Reduced) -> float:
     rows = correlation_time(linear)
     whole = np.linalg.inv(np.linalg.cholesky(reduced.information + np.eye(len(reduced.information))))
     found = mean = variance = 0.0
-    for one, (inner, cross, force) in zip(linear, reduced.windows):
-        solved = np.linalg.solve(inner, np.column_stack([cross, force]))
-        share = whole @ (one.by_z.T @ one.by_z - cross.T @ solved[:, :-1]) @ whole.T
+    for told, pull in reduced.pulls:
+        share = whole @ told @ whole.T
         free = share - share @ share
-        found += float(((whole @ (one.by_z.T @ one.residual - cross.T @ solved[:, -1]))**2).sum()) / rows
+        found += float(((whole @ pull)**2).sum()) / rows
         mean += float(np.trace(free))
         variance += 2 * float((free * free.T).sum())
     spread = variance / (9 * mean**2)
     return float(((found / mean) ** (1 / 3) - 1 + spread) / np.sqrt(spread))
 
 
-def covariance_of(linear: Sequence[Linear], reduced: Reduced) -> Numbers:
+def covariance_of(linear: Sequence[Linear], reduced: Reduced) -> tuple[Numbers, Numbers]:
     """Of the parameters, with what is left as it hangs together (Morelli and Klein, J. Guidance 20, 1997): by sensor the spectrum of
-    its residuals, in cosines over a window, of which the fit took a part that is known (Whittle's likelihood; Lucy 1974)."""
+    its residuals, in cosines over a window, of which the fit took a part that is known (Whittle's likelihood; Lucy 1974). Then by how
+    many times windows pull at each parameter more than that has them (clusters' sandwich; its expectation, Bell and McCaffrey 2002)."""
     inverse = np.linalg.inv(reduced.information + np.eye(len(reduced.information)))
     took, bands = np.zeros((FREE + len(inverse),) * 2), len(BANDS)
     took[FREE:, FREE:] = inverse
     power = {kind: np.zeros(bands) for one in linear for kind in one.raw}
     mixed = {kind: 1e-12 * np.eye(bands) for kind in power}
-    pulls = []
+    rows: list[list[tuple[str, Numbers, Numbers]]] = []
     for one, (inner, cross, _) in zip(linear, reduced.windows):
         took[:FREE, :FREE] = np.linalg.inv(inner)
         rest = np.column_stack([one.by_state, one.by_z - one.by_state @ np.linalg.solve(inner, cross), one.residual])
+        rows.append([])
         for kind, raw in one.raw.items():
             by, rest = np.split(rest, [raw.size])
             at = np.arange(len(raw))
@@ -381,13 +387,19 @@ def covariance_of(linear: Sequence[Linear], reduced: Reduced) -> Numbers:
             left = (np.eye(len(by)) - by[:, :-1] @ took @ by[:, :-1].T).reshape(raw.shape * 2)
             power[kind] += band @ (by[:, -1].reshape(raw.shape)**2).sum(axis=1)
             mixed[kind] += band @ (left**2).sum(axis=(1, 3)) @ band.T
-            pulls.append((kind, by[:, FREE:-1], np.repeat(band, raw.shape[1], axis=1)))
+            rows[-1].append((kind, by[:, FREE:-1], np.repeat(band, raw.shape[1], axis=1)))
     spectrum = {kind: np.ones(bands) for kind in power}
     for kind, each in mixed.items():
         for _ in range(300):
             spectrum[kind] *= each.T @ (power[kind] / np.maximum(each @ spectrum[kind], 1e-300)) / each.sum(axis=0)
-    scatter = sum((pull.T @ ((spectrum[kind] @ band)[:, None] * pull) for kind, pull, band in pulls), np.eye(len(inverse)))
-    return np.asarray(inverse @ scatter @ inverse)
+    scatter = [sum(by.T @ ((spectrum[kind] @ band)[:, None] * by) for kind, by, band in window) for window in rows]
+    whole = sum(scatter, np.eye(len(inverse)))
+    found, expected = np.zeros(len(inverse)), np.full(len(inverse), 1e-300)
+    for of, (told, pull) in zip(scatter, reduced.pulls):
+        fitted = inverse @ told
+        found += (inverse @ pull)**2
+        expected += np.diag(inverse @ (of - of @ fitted - fitted.T @ of + fitted.T @ whole @ fitted) @ inverse)
+    return np.asarray(inverse @ whole @ inverse), np.sqrt(np.maximum(1, found / expected)) if len(rows) > 1 else np.ones(len(inverse))
 
 
 def correlation_time(linear: Sequence[Linear]) -> float:

@@ -7,11 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Collection, Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from ..scenario import Scenario, assignments_of
-
-Numbers = npt.NDArray[np.float64]
 
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 # What logs often have besides, and how a fit is asked for it.
@@ -53,9 +50,8 @@ class Parameter:
 
 def parameters_of(scenario: Scenario, *, thrust_std: float = 0, find: Collection[str] = (), onboard: bool = False
                   ) -> list[Parameter]:
-    """Those of the scenario's vehicle; their values before are `vehicle`'s. `thrust_std`: relative, of all thrust together,
-    which no log of motion alone tells. `find`: of FINDS. `onboard`: the log has motion by sensors on the commands' clock
-    besides poses."""
+    """Those of the scenario's vehicle; their values before are `vehicle`'s. `thrust_std`: relative, of all thrust together, which no log
+    of motion alone tells. `find`: of FINDS. `onboard`: the log has motion by sensors on the commands' clock besides poses."""
     vehicle = plain_vehicle(scenario)
     hydro, thrusters, body = vehicle["hydrodynamics"], vehicle["thrusters"], vehicle["rigid_body"]
     mass = float(body["mass_kg"])
@@ -81,11 +77,10 @@ def parameters_of(scenario: Scenario, *, thrust_std: float = 0, find: Collection
         found += [Parameter("thrust.dead_band", "V", float(thrusters["dead_band_volts"]), 0.3, True, 0, 2.4),
                   Parameter("thrust.exponent", "", float(thrusters["curve_exponent"]), 0.2, True, 0.5, 4)]
     if thrusters["lag_s"] > 0:
-        found.append(Parameter("thrust.lag", "s", float(thrusters["lag_s"]), 0.5, True, 0, 10))
-        found.append(Parameter("thrust.lag_power", "", float(thrusters["lag_power"]), 0.5, True, 0.5, 4))
-    if thrusters["inflow_loss_s_per_m"] > 0:
-        found.append(Parameter("thrust.inflow_loss", "s/m", float(thrusters["inflow_loss_s_per_m"]), 0.5, True, 0, 10))
-    found += [Parameter("delay.pose", "s", 0, 0.1, False), Parameter("delay.drift", "s/s", 0, 1e-4, False)]
+        found += [Parameter("thrust.lag", "s", float(thrusters["lag_s"]), 0.5, True, 0, 10),
+                  Parameter("thrust.lag_power", "", float(thrusters["lag_power"]), 0.5, True, 0.5, 4)]
+    found += [Parameter("thrust.inflow_loss", "s/m", float(thrusters["inflow_loss_s_per_m"]), 0.5, True, 0, 10),
+              Parameter("delay.pose", "s", 0, 0.1, False), Parameter("delay.drift", "s/s", 0, 1e-4, False)]
     if onboard:
         found.append(Parameter("delay.onboard", "s", 0, 0.1, False))
     return [parameter for parameter in found if parameter.before != 0 or not parameter.scale] + [
@@ -135,10 +130,8 @@ def data_of(vehicle: Mapping[str, Any], values: Mapping[str, float]) -> dict[str
                for i, j in COUPLINGS if f"added_mass.{AXES[i]}_{AXES[j]}" in values for row, column in ((i, j), (j, i))]
     if coupled:
         data["hydrodynamics.added_mass_coupling"] = coupled
-    loads = vehicle["loads"]
-    mass = body["mass_kg"] + sum(load["mass_kg"] for load in loads)
-    lifted = values.get("trim.buoyancy", buoyancy_newton(vehicle)) / GRAVITY_MPS2 + mass
-    data["hydrodynamics.displaced_volume_m3"] = (lifted / hydro["water_density_kg_m3"] - sum(load["volume_m3"] for load in loads))
+    more = values.get("trim.buoyancy", before := buoyancy_newton(vehicle)) - before
+    data["hydrodynamics.displaced_volume_m3"] = hydro["displaced_volume_m3"] + more / GRAVITY_MPS2 / hydro["water_density_kg_m3"]
     centre = np.array(body["p_BBcm_m"], float)
     data["hydrodynamics.p_BBcb_m"] = [
         at + values.get("trim.centre_" + name, before - at) for at, before, name in zip(centre.tolist(), hydro["p_BBcb_m"], ("ahead", "left", "above"))]

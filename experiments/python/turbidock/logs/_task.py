@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..scenario import Path, Scenario, scenario_of
-from ._log import Log, Window, errors
+from ._log import Log, Window, averaged, errors
 from ._output_error import Part, Problem
 from ._parameters import FINDS, Parameter, parameters_of, still
 from .motion import WATER, check_once, read_motion
@@ -67,10 +67,8 @@ class Task:
         costs = {}
         for offset in np.round(np.arange(-FARTHEST_S, FARTHEST_S + 1e-9, 0.2), 1):
             log.set_offset(float(offset))
-            cost = _cost_before(problem, log, WINDOW_S)
-            if np.isfinite(cost):
-                costs[float(offset)] = cost
-        best = min(costs, key=lambda offset: costs[offset], default=0.0)
+            costs[float(offset)] = float(np.nan_to_num(_cost_before(problem, log, WINDOW_S), nan=np.inf))
+        best = min(costs, key=lambda offset: costs[offset])
         log.set_offset(best if abs(best) > BEFORE_S / 2 and costs[best] < 0.8 * costs.get(0.0, np.inf) else 0.0)
 
     def _check_wiring(self, log: Log, scenario: Scenario, workers: int) -> None:
@@ -100,20 +98,21 @@ class Task:
     def _series(self, log: Log) -> str:
         if not log.water:
             return ""
-        there = np.isfinite(log.table[WATER[0]])
-        name = os.path.join(self.folder.name, f"water_{id(log)}.csv")
-        np.savetxt(name, np.column_stack([log.table["time_s"] - log.clock_begin_s, *(log.table[column] for column in WATER)])[there],
-                   delimiter=",", header="time_s," + ",".join(WATER), comments="", fmt="%.17g")
+        name, there = os.path.join(self.folder.name, f"water_{id(log)}.csv"), np.isfinite(log.table[WATER[0]])
+        # which every model reads anew
+        times, water = averaged(log.table["time_s"][there] - log.clock_begin_s, np.stack([log.table[column][there] for column in WATER], axis=1))
+        np.savetxt(name, np.column_stack([times, water]), delimiter=",", header="time_s," + ",".join(WATER), comments="", fmt="%.17g")
         return name
 
     def own_noise(self, kind: str) -> float:
-        """Of a kind of sensor, by the logs' own third differences."""
-        return float(np.median([sensor.std for log in self.logs for sensor in log.sensors if sensor.kind == kind]))
+        """Of a kind of sensor, by the logs' own third differences, and no less than the plant's own error."""
+        return max(float(np.median([sensor.std for log in self.logs for sensor in log.sensors if sensor.kind == kind])),
+                   self.problem.floor[kind])
 
     def with_more(self, parameters: Sequence[Parameter]) -> Problem:
         """The problem with these parameters besides."""
         made = Problem(self.logs, self.problem.scenarios, [*self.parameters, *parameters], self.problem.workers)
-        made.std, made.reject = self.problem.std, self.problem.reject
+        made.std, made.floor, made.reject = self.problem.std, self.problem.floor, self.problem.reject
         return made
 
     def parts(self, held_out: float) -> list[Part]:
@@ -125,9 +124,6 @@ class Task:
         if not made:
             raise _core.ConfigError(f"{', '.join(self.names)}: no stretch of {WINDOW_S:g} s without a gap in commands or motion")
         return made
-
-    def source(self) -> str:
-        return "turbidock-identify, " + ", ".join(self.names)
 
 
 def _cost_before(problem: Problem, log: Log, window_s: float) -> float:

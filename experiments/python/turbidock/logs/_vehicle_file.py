@@ -26,11 +26,7 @@ def vehicle_yaml(scenario: Scenario, data: Mapping[str, Any], comments: Mapping[
             path = f"{group}.{key}"
             lines += [f"  # {name.split('.')[1]}: [identified] {comment}" for name, comment in comments.items()
                       if path in data and path in _TOLD and name.startswith(_TOLD[path])]
-            lines.append(f"  {key}: {_text(data.get(path, vehicle[group][key]))}")
+            lines.append(f"  {key}: {json.dumps(plain(data.get(path, vehicle[group][key])))}")
         lines.append("")
-    lines.append(f"loads: {_text(vehicle['loads'])}")
+    lines.append(f"loads: {json.dumps(plain(vehicle['loads']))}")
     return "\n".join(lines) + "\n"
-
-
-def _text(value: Any) -> str:
-    return json.dumps(plain(value))

@@ -10,16 +10,13 @@ from __future__ import annotations
 from typing import Any, Iterator, Mapping
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..scenario import Path, Scenario, scenario_of
 from ._log import Log
 from ._output_error import Part, Problem, reduce
 from ._parameters import Parameter, buoyancy_newton, parameters_of, plain_vehicle, scenario_with, still
-from .motion import POSITION, QUATERNION
-
-Numbers = npt.NDArray[np.float64]
+from .motion import POSITION, QUATERNION, Numbers
 
 BLOCK_S = 10.0
 COAST_S = 2.0  # at its end, at neutral
@@ -66,9 +63,8 @@ def drift(scenario: Scenario | Path, commands: Mapping[str, Numbers]) -> tuple[f
     made = still(scenario_of(scenario))
     buoyancy = next(parameter for parameter in parameters_of(made) if parameter.name == "trim.buoyancy")
     models = [scenario_with(made, {buoyancy.name: buoyancy.value(z)}) for z in (-1.96, 0, 1.96)]
-    zeros = np.zeros(3, np.int64)
     ends = _core.predict([model._cpp for model in models], dict(commands), np.zeros(1), [commands["time_s"][-1:]], np.arange(3),
-                         zeros, np.repeat(BEGIN, 3, axis=0), 1)
+                         np.zeros(3, np.int64), np.repeat(BEGIN, 3, axis=0), 1)
     return max(abs(float(end[0, 2] - ends[1][0, 2])) for end in ends), 1.96 * buoyancy.std
 
 
@@ -76,8 +72,7 @@ def _table(scenario: Scenario, demands: Numbers) -> dict[str, Numbers]:
     """Demands by axis, besides what holds the vehicle's depth as far as its buoyancy is known, as the thrusters' voltages."""
     demands = demands - np.array([0, 0, buoyancy_newton(plain_vehicle(scenario)), 0])
     time_s = np.arange(len(demands)) / COMMANDS_HZ
-    times, volts = _core.commands(scenario._cpp, {"time_s": time_s} | {name: demands[:, i] for i, name in enumerate(AXES)},
-                                  "plan")
+    times, volts = _core.commands(scenario._cpp, {"time_s": time_s} | {name: demands[:, i] for i, name in enumerate(AXES)}, "plan")
     return {"time_s": times} | {f"{name}_v": volts[:, i] for i, name in enumerate(_core.thrusters(scenario._cpp))}
 
 
@@ -122,8 +117,7 @@ def _block(by_axis: dict[int, Numbers]) -> Numbers:
 def _fly(scenario: Scenario, demands: Numbers) -> Numbers:
     """States at COMMANDS_HZ of the vehicle from rest, trimmed."""
     times = np.arange(0, len(demands) / COMMANDS_HZ, 1 / COMMANDS_HZ)
-    none = np.zeros(1, np.int64)
-    return _core.predict([scenario._cpp], _table(scenario, demands), np.zeros(1), [times], none, none, BEGIN, 1)[0]
+    return _core.predict([scenario._cpp], _table(scenario, demands), np.zeros(1), [times], none := np.zeros(1, np.int64), none, BEGIN, 1)[0]
 
 
 def _information(scenario: Scenario, parameters: list[Parameter], demands: Numbers, states: Numbers, workers: int) -> Any:

@@ -26,14 +26,14 @@ import numpy.typing as npt
 from .. import _core
 from ..scenario import Path, Scenario, scenario_of
 from ._log import errors
-from ._output_error import (LEADS_ON, Linear, Numbers, Part, correlation_time, covariance_of, disagreement, noise, reduce, share_of_noise,
-                            solve)
+from ._output_error import (LEADS_ON, Linear, Part, correlation_time, covariance_of, disagreement, noise, reduce, share_of_noise, solve,
+                            step_error)
 from ._parameters import AXES, FINDS, Parameter, data_of, parameters_to_find, plain_vehicle
 from .._rotation import angles_of, product, turned
 from ._task import BEFORE_S, WINDOW_S, MotionLike, Task, fitted
 from ._vehicle_file import vehicle_yaml
 from .excitation import drift, plan
-from .motion import whole_file, write_motion
+from .motion import Numbers, whole_file, write_motion
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -63,6 +63,7 @@ class Information:
     duration_s: float
     held: npt.NDArray[np.bool_]  # at their values before, as they were not told
     notes: list[str]
+    wider: Numbers  # each interval, by this factor, than the noise that is left has it: windows differ by more
 
     def told(self) -> list[bool]:
         """Whether the log at least halves what was uncertain, by more than noise."""
@@ -137,7 +138,7 @@ class Fit:
     def interval(self, name: str) -> tuple[float, float]:
         """95 %."""
         i = self._index(name)
-        half = 1.96 * self.information.std[i]
+        half = 1.96 * self.information.std[i] * self.information.wider[i]
         return self.parameters[i].value(self.z[i] - half), self.parameters[i].value(self.z[i] + half)
 
     def told(self, name: str) -> bool:
@@ -227,7 +228,7 @@ def inform(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *
     linear = task.problem.linear(parts, z, task.problem.slopes(parts, z))
     reduced = reduce(linear, parts, [part.state for part in parts])
     covariance = np.asarray(np.linalg.inv(reduced.information + np.eye(len(z))), float)
-    return _information(task, parts, share_of_noise(task.problem, parts, z, reduced, linear), covariance)
+    return _information(task, parts, share_of_noise(task.problem, parts, z, reduced, linear), covariance, np.ones(len(z)))
 
 
 def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, water: str = "still", find: Collection[str] = (),
@@ -241,6 +242,7 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
     for most in (8, 3):
         problem.coarse = most == 8
         z, reduced, linear = solve(problem, parts, z, most=most, enough=LEADS_ON, slopes=problem.old)
+        problem.floor = step_error(problem, parts, z, linear) if problem.coarse else problem.floor
         problem.std = noise(problem, linear, parts)
         problem.reject = True
     if believed := disagreement(linear, reduced) < SURE:
@@ -249,7 +251,7 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
         z, reduced, linear = solve(problem, parts, z, most=6)
     free, share = z, share_of_noise(problem, parts, z, reduced, linear)
     while True:  # what is not told stands at its value before, and the rest is fitted to that
-        known = _information(task, parts, share, covariance_of(linear, reduced))
+        known = _information(task, parts, share, *covariance_of(linear, reduced))
         moved = ~np.array(known.told()) & ~problem.held & (z != 0)
         problem.held |= moved
         z = np.where(problem.held, 0, z)
@@ -260,21 +262,27 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
     doubt = "" if believed and apart < SURE else _doubt(task, parts, free, linear, apart)
     weights = np.concatenate([weight for one in linear for weight in one.weight.values()])
     return Fit(task.scenario, task.parameters, z, known, problem.std, correlation_time(linear), float((weights == 0).mean()),
-               {} if doubt else _validate(task, z, held_out), task.source(),
+               {} if doubt else _validate(task, z, held_out), "turbidock-identify, " + ", ".join(task.names),
                {kind: _compared(kind, parts, linear) for kind in problem.std},
                [max((sensor.offset_s for sensor in log.sensors), key=abs) for log in task.logs], doubt)
 
 
+def _left(task: Task, std: dict[str, float]) -> tuple[float, str]:
+    """By how many times its own noise what is left of a sensor is at most, and of which."""
+    return max((each / task.own_noise(kind), kind) for kind, each in std.items())
+
+
 def _doubt(task: Task, parts: list[Part], z: Numbers, linear: Sequence[Linear], apart: float) -> str:
     """Why a fit is not to be believed, and what of the usual lacks explains it."""
-    ratio, worst = max((std / task.own_noise(kind), kind) for kind, std in task.problem.std.items())
-    return (f"what is left of {worst} is {ratio:.1f} times the log's own noise and hangs together over {correlation_time(linear):.1f} "
-            f"rows, and windows of {WINDOW_S:g} s contradict each other: the model lacks something{_offer(task, parts, z, apart)}")
+    return ("what is left of {1} is {0:.1f} times the log's own noise".format(*_left(task, task.problem.std)) + " and hangs together over "
+            f"{correlation_time(linear):.1f} rows, and windows of {WINDOW_S:g} s contradict each other: the model lacks something"
+            + _offer(task, parts, z, apart))
 
 
 def _offer(task: Task, parts: list[Part], z: Numbers, apart: float) -> str:
     """Which of the usual lacks explains most of what is left: that with the largest gain of the likelihood by a linear step, less
-    what as many parameters gain from noise (a score test; Schwarz 1978), if windows agree more in a fit with it."""
+    what as many parameters gain from noise (a score test; Schwarz 1978), if in a fit with it windows agree more, most of what is
+    left beyond noise goes, and a value is beyond its own interval."""
     added_mass = plain_vehicle(task.scenario)["hydrodynamics"]["added_mass_diagonal"]
     more = {name: parameters_to_find(name, added_mass) for name in FINDS if name not in task.find}
     problem = task.with_more([parameter for each in more.values() for parameter in each])
@@ -294,9 +302,12 @@ def _offer(task: Task, parts: list[Part], z: Numbers, apart: float) -> str:
     problem = task.with_more(more[best])
     slopes = [{kind: (by_z[:, tried[best]], by_state) for kind, (by_z, by_state) in each.items()} for each in slopes]
     with_it, reduced, linear = solve(problem, parts, np.append(z, np.zeros(len(more[best]))), most=2, enough=LEADS_ON, slopes=slopes)
-    after = disagreement(linear, reduced)
+    after, (covariance, wider) = disagreement(linear, reduced), covariance_of(linear, reduced)
+    sure = (wider * np.sqrt(np.diag(covariance)))[known:]
+    unexplained = [max(_left(task, std)[0]**2 - 1, 0.0) for std in (noise(problem, linear, parts), task.problem.std)]
+    explains = after < 0.5 * apart and unexplained[0] <= 0.5 * unexplained[1] and (abs(with_it[known:]) > SURE * sure).any()
     values = ", ".join(f"{one.name} {one.value(to):.3g} {one.unit}" for one, to in zip(more[best], with_it[known:]))
-    return NO_OFFER if after > 0.5 * apart else f"; with {FINDS[best]} they agree{'' if after < SURE else ' more'}: {values}"
+    return NO_OFFER if not explains else f"; with {FINDS[best]} they agree{'' if after < SURE else ' more'}: {values}"
 
 
 def _compared(kind: str, parts: Sequence[Part], linear: Sequence[Linear]) -> tuple[Numbers, Numbers, Numbers]:
@@ -310,11 +321,10 @@ def _compared(kind: str, parts: Sequence[Part], linear: Sequence[Linear]) -> tup
     return measured, predicted, off
 
 
-def _information(task: Task, parts: Sequence[Part], share: Numbers, covariance: Numbers) -> Information:
-    std = np.sqrt(np.diag(covariance))
-    duration = sum(part.window.last_s - part.window.first_s for part in parts)
+def _information(task: Task, parts: Sequence[Part], share: Numbers, covariance: Numbers, wider: Numbers) -> Information:
+    std, duration = np.sqrt(np.diag(covariance)), sum(part.window.last_s - part.window.first_s for part in parts)
     return Information(task.parameters, std, covariance / np.outer(std, std), share, len(parts), duration, task.problem.held,
-                       [note for log in task.logs for note in log.notes])
+                       [note for log in task.logs for note in log.notes], wider)
 
 
 def _validate(task: Task, z: Numbers, held_out: float) -> dict[str, Any]:
@@ -349,9 +359,7 @@ def _misses(task: Task, z: Numbers, held_out: float) -> Numbers:
     simulated = task.problem.fly(aims, z, [(0, i, aim.state) for i, aim in enumerate(aims)], [z])
     misses = []
     for aim, states in zip(aims, simulated):
-        sensor = aim.log.sensor("position")
-        rows = aim.window.rows["position"]
-        if sensor is not None and len(rows):
+        if (sensor := aim.log.sensor("position")) is not None and len(rows := aim.window.rows["position"]):
             off = errors("position", states["position"], sensor.values[rows])
             misses.append(float(np.linalg.norm(np.median(off, axis=0))))
     return np.array(misses)

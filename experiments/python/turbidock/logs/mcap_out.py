@@ -64,7 +64,7 @@ NAMES = {"header": "", "transform": "", "stamp": "timestamp", "sec": "seconds", 
     name.lower(): name for name in "DKRP"}
 
 
-class McapFile:
+class McapFile(contextlib.AbstractContextManager["McapFile"]):
     """An MCAP file that is being written; it has its name once it is whole. Times are nanoseconds."""
 
     def __init__(self, file: Path, profile: str = "") -> None:
@@ -77,9 +77,6 @@ class McapFile:
         except OSError as error:
             raise _core.ConfigError(f"{os.fspath(file)}: {error.strerror}") from None
         self._writer.start(profile=profile, library=f"turbidock {_core.version()}")
-
-    def __enter__(self) -> McapFile:
-        return self
 
     def __exit__(self, _: object, error: BaseException | None, *__: object) -> None:
         with contextlib.ExitStack() as stack:
@@ -95,8 +92,7 @@ class McapFile:
             if kind not in self._schemas:
                 self._schemas[kind] = register_schema(self._writer, type(message))
             self._channels[topic] = self._writer.register_channel(topic, MessageEncoding.Protobuf, self._schemas[kind])
-        self._writer.add_message(self._channels[topic], log_ns, message.SerializeToString(),
-                                 log_ns if stamp_ns is None else stamp_ns)
+        self._writer.add_message(self._channels[topic], log_ns, message.SerializeToString(), log_ns if stamp_ns is None else stamp_ns)
 
     def write_row(self, topic: str, name: str, row: Mapping[str, float | str], log_ns: int) -> None:
         """Numbers and words by their names, as a message turbidock.NAME whose fields are the first row's."""
@@ -204,8 +200,7 @@ def _primitives(geom: Mapping[str, Any], meshes: Sequence[Mapping[str, Any]]) ->
     shape, place = geom["shape"], geom["pose"]
     # albedo is linear; what surrounds the station is seen through
     r, g, blue, alpha = (min(max(share, 0), 1) for share in geom["rgba"])
-    color = Color_pb2.Color(r=r ** (1 / 2.2), g=g ** (1 / 2.2), b=blue ** (1 / 2.2),
-                            a=0.15 if geom["part"] == "environment" else alpha)
+    color = Color_pb2.Color(r=r ** (1 / 2.2), g=g ** (1 / 2.2), b=blue ** (1 / 2.2), a=0.15 if geom["part"] == "environment" else alpha)
 
     def ball(at: Place, x: float, y: float, z: float) -> Message:
         return SpherePrimitive_pb2.SpherePrimitive(pose=_pose(at), size=_vector(2 * x, 2 * y, 2 * z), color=color)
@@ -279,8 +274,7 @@ class _RunAgain(_Pictures):
     def close(self, digest: str) -> None:
         while not self._trial.ended:
             self._trial.step()
-        now = self._trial.result().digest
-        if now != digest:
+        if (now := self._trial.result().digest) != digest:
             raise _core.SimulatorFault(f"the trial was recorded with digest {digest}, and run again it has {now}")
 
 

@@ -36,8 +36,8 @@ import numpy.typing as npt
 
 from .._core import ConfigError
 
-Column = npt.NDArray[np.float64]
-Motion = dict[str, Column]
+Numbers = npt.NDArray[np.float64]
+Motion = dict[str, Numbers]
 
 POSITION = ("vehicle_x_m", "vehicle_y_m", "vehicle_z_m")
 QUATERNION = ("vehicle_qw", "vehicle_qx", "vehicle_qy", "vehicle_qz")
@@ -75,7 +75,7 @@ def read_motion(file: Union[str, "os.PathLike[str]"]) -> Motion:
 
 def _number(word: str) -> float:
     try:
-        return float(word)
+        return float(word or "nan")
     except ValueError:
         return float("nan")
 
@@ -122,11 +122,9 @@ def check_motion(motion: Mapping[str, npt.ArrayLike], name: str = "motion") -> M
     for column, values in table.items():
         if values.shape != time_s.shape:
             raise ConfigError(f"{name}: {column} has {len(values)} rows, time_s {len(time_s)}")
-    bad = np.flatnonzero(~np.isfinite(time_s))
-    if len(bad):
+    if len(bad := np.flatnonzero(~np.isfinite(time_s))):
         raise ConfigError(f"{name}:{bad[0] + 2}: time_s is no number")
-    back = np.flatnonzero(np.diff(time_s) <= 0)
-    if len(back):
+    if len(back := np.flatnonzero(np.diff(time_s) <= 0)):
         raise ConfigError("{}:{}: the clock runs backwards, from {:g} to {:g} s".format(name, back[0] + 3, *time_s[back[0]:][:2]))
     for group in (POSITION, QUATERNION, VELOCITY, TURN_RATE, WATER):
         there = [column for column in group if column in table]
@@ -140,7 +138,7 @@ def has(motion: Mapping[str, npt.ArrayLike], columns: Iterable[str]) -> bool:
     return all(column in motion and bool(np.isfinite(np.asarray(motion[column])).any()) for column in columns)
 
 
-def without_zeros(motion: Mapping[str, Column]) -> tuple[Motion, list[str]]:
+def without_zeros(motion: Mapping[str, Numbers]) -> tuple[Motion, list[str]]:
     """The table without velocities and turn rates that are zero in every row, which drivers that measure none write; and a note
     for each. Zeros of one that really rests are no loss."""
     kept, notes = dict(motion), []
