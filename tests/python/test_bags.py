@@ -24,7 +24,7 @@ from test_mcap import messages, place
 from turbidock import _core, logs
 from turbidock.logs import identify
 from turbidock.frames import rotation
-from turbidock.logs.motion import POSITION, QUATERNION, TURN_RATE, VELOCITY, read_motion
+from turbidock.logs.motion import POSITION, QUATERNION, TURN_RATE, VELOCITY, read_motion, write_motion
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 START_NS = 1_700_000_000_123_456_789  # an hour of a day, which a double does not hold
@@ -272,6 +272,8 @@ def test_images_go_through_the_estimator_and_come_back_as_mcap(maker, tmp_path):
         kept = [np.asarray(Image.open(folder / side / f"{i:06}.png")) for i in range(12)]
         assert np.array_equal(kept, images)
     assert {file.name for file in folder.iterdir()} == {"left", "right", "left.yaml", "right.yaml", "times.csv", "log.json"}
+    turning = {"roll_rate_rad_s": 0.1, "pitch_rate_rad_s": -0.2, "yaw_rate_rad_s": 0.3}
+    write_motion({"time_s": np.array([0, 1.0])} | {name: np.full(2, rate) for name, rate in turning.items()}, folder / "motion.csv")
     records = logs.estimate_bag(folder, scenario="sea_night_active")
     alone = json.loads(subprocess.run([os.environ.get("PROGRAM", "build/bin/turbidock"), "estimate", "--left", folder / "left",
                                        "--right", folder / "right", "--json", "--quiet"], capture_output=True, check=True).stdout)
@@ -282,17 +284,22 @@ def test_images_go_through_the_estimator_and_come_back_as_mcap(maker, tmp_path):
         assert record["position_m"] == pytest.approx(alone["records"][i]["position_m"], abs=2e-4)
         if i in detected[1:]:
             assert np.linalg.norm(np.subtract(record["position_m"], truth[i])) < 0.03  # sides or images mixed up: far more
+        if plain := alone["records"][i]["position_deviation_m"]:  # wider by where it is 2 ms later
+            shift = 0.002 * np.cross(record["position_m"], list(turning.values()))
+            shift[0] = record["position_m"][0] * shift[1] / rig.baseline_m
+            assert abs(shift[0]) > 0.5 * plain[0] and record["position_deviation_m"] == pytest.approx(np.hypot(plain, shift), rel=0.05)
     found = messages(folder / "poses.mcap", "/estimate")
     assert [(log_ns, ns, m.timestamp.ToNanoseconds()) for log_ns, ns, m in found] == [(records[i]["time_ns"],) * 3 for i in detected]
     assert [place(m.pose) for _, _, m in found] == [[*records[i]["position_m"], *records[i]["quaternion_wxyz"]] for i in detected]
     motion = read_motion(folder / "motion.csv")  # the camera head's place in the marker's axes, 5 m deep
-    assert list(motion["time_s"]) == [(records[i]["time_ns"] - bag.start_ns) / 1e9 for i in detected]
+    posed = np.isfinite(motion["vehicle_x_m"])
+    assert list(motion["time_s"][posed]) == [(records[i]["time_ns"] - bag.start_ns) / 1e9 for i in detected]
     model = json.loads(_core.trial_model(turbidock.Scenario("sea_night_active")._cpp))
     for row, i in enumerate(detected):
-        body, head, seen = (rotation(q) for q in ([motion[name][row] for name in QUATERNION], model["scene"]["X_BH"][3:],
+        body, head, seen = (rotation(q) for q in ([motion[name][posed][row] for name in QUATERNION], model["scene"]["X_BH"][3:],
                                                   records[i]["quaternion_wxyz"]))
         assert np.allclose(body @ head @ seen, np.eye(3))
-        there = [motion[name][row] for name in POSITION] + body @ (model["scene"]["X_BH"][:3] + head @ records[i]["position_m"])
+        there = [motion[name][posed][row] for name in POSITION] + body @ (model["scene"]["X_BH"][:3] + head @ records[i]["position_m"])
         assert np.allclose(there, [0, 0, -5])
     with pytest.raises(turbidock.ConfigError, match="has poses already"):
         logs.estimate_bag(folder, scenario="sea_night_active")

@@ -9,6 +9,7 @@ import numpy as np
 from PIL import Image
 
 from .._core import ConfigError
+from .motion import TURN_RATE, Motion
 
 SIDES = ("left", "right")
 MODES = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1}
@@ -78,6 +79,18 @@ def apart_note(pairs: Sequence[tuple[int, int]], infos: Mapping[str, Any]) -> li
     if len(P) == 12 and P[0] and P[3]:
         words += f", which makes x wrong by {1000 * aside_m / abs(P[3] / P[0]):.0f} mm at 1 m"
     return [f"left and right images are {1000 * middle:.1f} ms apart (median; {1000 * max(apart_s):.1f} ms at most): {words}."]
+
+
+def widen(records: Sequence[Mapping[str, Any]], pairs: Sequence[Mapping[str, str]], motion: Motion, baseline_m: float) -> None:
+    """The records' deviations, by how far the marker shifts as the vehicle turns between a pair's images, aside, up, and by that
+    x dy / baseline ahead. `pairs`: rows of times.csv. The camera head is taken to have the vehicle's axes."""
+    there = np.isfinite([motion[column] for column in TURN_RATE]).all(axis=0)
+    for record, pair in zip(records, pairs):
+        if record["position_deviation_m"] is not None:
+            rate = [np.interp(float(pair["time_s"]), motion["time_s"][there], motion[column][there]) for column in TURN_RATE]
+            _, left, up = np.cross(record["position_m"], rate) * (int(pair["right_ns"]) - int(pair["left_ns"])) / 1e9
+            shift = record["position_m"][0] * left / baseline_m, left, up
+            record["position_deviation_m"][:] = np.hypot(record["position_deviation_m"], shift).tolist()
 
 
 def _of(info: Any, name: str) -> Any:

@@ -26,7 +26,8 @@ and of a trial of turbidock's own (`turbidock-mcap --ros2`):
 
     motion:
       odometry: /tf[vehicle]
-      commands: {topic: /commands, field: [sway_v, heave_v], columns: [sway_v, heave_v]}
+      commands: {topic: /commands, field: [sway_v, heave_v], columns: [sway_v, heave_v]}     # of each thruster
+      current: {topic: /motion, field: [water_x_mps, water_y_mps, water_z_mps], columns: [water_x_mps, water_y_mps, water_z_mps]}
 
 Any message will do, also of a type of one's own: `field` is the way to a number, a list, a vector or a quaternion in it, or a list
 of such ways; `columns` are those of `turbidock.logs.motion` that it fills; `scale` multiplies, then `offset` adds: commands of
@@ -57,11 +58,12 @@ from ruamel.yaml.error import YAMLError
 from .._core import ConfigError
 from .._program import PROGRAM
 from ..scenario import Path, Scenario, Settings, assignments_of, scenario_of
-from ._images import SIDES, apart_note, pairs_of, rig_text, write_image
+from ._images import SIDES, apart_note, pairs_of, rig_text, widen, write_image
 from ._log import add_estimates
 from ._reading import MAVLINK, Sources, opened, whole
 from .mcap_out import McapFile
-from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, without_zeros, write_motion)
+from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, has, read_motion,
+                     without_zeros, write_motion)
 
 # What a name of `motion` stands for: ways to what its messages may hold, and the columns of that.
 KNOWN: Mapping[str, Sequence[tuple[Sequence[str], Sequence[str]]]] = {
@@ -269,8 +271,7 @@ def _settings(topics: Union[Path, Mapping[str, Any]]
 def _check_times(topic: str, times_ns: Sequence[int], notes: list[str], start_ns: int) -> None:
     """ConfigError for a clock that runs backwards; a note for a gap."""
     steps = np.diff(np.array(times_ns, np.int64))
-    back = np.flatnonzero(steps < 0)
-    if len(back):
+    if len(back := np.flatnonzero(steps < 0)):
         at = back[0]
         raise ConfigError(f"{topic}: the clock runs backwards at message {at + 1}, by {-steps[at] / 1e9:.3f} s; "
                           "`clock: log` takes the times at which it was recorded")
@@ -357,14 +358,15 @@ def estimate_bag(folder: Path, file: Path = "", *, marker: Path = "", settings: 
                  ) -> list[dict[str, Any]]:
     """Finds the marker in the images of a folder that Bag.save wrote, and writes where it is as MCAP, FOLDER/poses.mcap unless
     given, in the log's own time: /tf (camera_head > marker_estimated) and /estimate where it was detected, /state for every
-    pair. Returns `records` of `turbidock estimate --json`, each with `time_ns`. `marker` and `settings` as its --marker and --set.
+    pair. Returns `records` of `turbidock estimate --json`, each with `time_ns`, with wider deviations where the images of a pair are
+    apart in time and the log has turn rates. `marker` and `settings` as its --marker and --set.
     With a scenario, whose vehicle has these cameras, FOLDER/motion.csv gets the vehicle's poses for `identify`."""
     at = pathlib.Path(folder)
     for name in ("times.csv", "left.yaml", "right.yaml"):
         if not (at / name).is_file():
             raise ConfigError(f"{at}: has no {name}: it must be a log with images and camera_info")
     with open(at / "times.csv", newline="") as text:
-        times_ns = [int(row["left_ns"]) for row in csv.DictReader(text)]
+        pairs = list(csv.DictReader(text))
     words = [*(word for side in SIDES for word in (f"--{side}", str(at / side), "--rig", str(at / f"{side}.yaml"))),
              *(["--marker", os.fspath(marker)] if marker else []),
              *(word for each in assignments_of(settings) for word in ("--set", each))]
@@ -376,11 +378,13 @@ def estimate_bag(folder: Path, file: Path = "", *, marker: Path = "", settings: 
     found = json.loads(done.stdout)
     records: list[dict[str, Any]] = found["records"]
     sys.stderr.writelines(f"{note}\n" for note in found["notes"])  # what may be wrong with the images
-    if len(records) != len(times_ns):
-        raise ConfigError(f"{at}: {len(records)} images were read of {len(times_ns)} pairs")
+    if len(records) != len(pairs):
+        raise ConfigError(f"{at}: {len(records)} images were read of {len(pairs)} pairs")
+    if (at / "motion.csv").exists() and has(motion := read_motion(at / "motion.csv"), TURN_RATE):
+        widen(records, pairs, motion, found["baseline_m"])
     with McapFile(file or at / "poses.mcap") as out:
-        for record, ns in zip(records, times_ns):
-            record["time_ns"] = ns
+        for record, pair in zip(records, pairs):
+            record["time_ns"] = ns = int(pair["left_ns"])
             pose = [*record["position_m"], *record["quaternion_wxyz"]]
             if record["detected"]:
                 out.write_transforms("/tf", ns, ("camera_head", "marker_estimated", pose, ns))
