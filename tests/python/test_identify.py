@@ -176,8 +176,18 @@ def test_a_window_with_a_bad_first_state_is_repaired_not_rejected(scenario, comm
 
 
 def test_water_that_was_measured_stays_where_a_current_is_tried(scenario, commands):
+    """Every model reads it, so that of 480 Hz is averaged as measurements are."""
     log = logs.log_of(scenario, {}, {name: column[:150] for name, column in commands.items()}, np.random.default_rng(7))
-    task = _task.Task(log | {f"water_{axis}_mps": np.full(len(log["time_s"]), 0.01) for axis in "xyz"}, scenario, "steady", 0, 1)
+    time_s = np.union1d(log["time_s"], np.arange(0, log["time_s"][-1], 1 / 480))
+    at, table = np.searchsorted(time_s, log["time_s"]), {"time_s": time_s}
+    for name in log.keys() - {"time_s"}:
+        table[name] = np.full(len(time_s), np.nan)
+        table[name][at] = log[name]
+    water = {f"water_{axis}_mps": 0.01 * np.sin(time_s + k) for k, axis in enumerate("xyz")}
+    task = _task.Task(table | water, scenario, "steady", 0, 1)
+    rows = np.loadtxt(task.problem.scenarios[0]["sea.current.series"], delimiter=",", skiprows=1)
+    assert len(rows) == pytest.approx(20 * time_s[-1], abs=2)
+    assert np.allclose(rows[:, 1:], 0.01 * np.sin(rows[:, :1] + [0, 1, 2]), atol=1e-5)
     assert "water.x" in task.problem.index
     slopes, = task.problem.slopes(task.parts(0)[:1], np.ones(len(task.parameters)))
     assert not slopes["position"][0][:, task.problem.index["water.x"]].any() and slopes["position"][0].any()
