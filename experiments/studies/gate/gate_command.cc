@@ -1,9 +1,12 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "experiments/command/command_line.h"
@@ -78,7 +81,17 @@ void RunTrials(const GateArguments& arguments, const Gate& gate, const system::O
   });
 }
 
+// Whose baseline it is may be said beside the gate's file; the rest would be in neither file.
+void RequireOnlyPlugins(const GateArguments& arguments) {
+  constexpr std::array<std::string_view, 3> kKeys = {"controller", "pose_estimator", "pose_source"};
+  for (const std::string& each : arguments.assignments)
+    if (std::ranges::count(kKeys, each.substr(0, each.find('='))) == 0)
+      throw ConfigError(fmt::format("--set {}: with --update it must be one of {}; {} has the rest",
+                                    each, fmt::join(kKeys, ", "), arguments.gate));
+}
+
 int UpdateBaseline(const GateArguments& arguments, const Gate& gate, system::OutputPlan outputs) {
+  RequireOnlyPlugins(arguments);
   const std::string& baseline = gate.settings.baseline;
   const std::string trials = TrialsFile(arguments, gate);
   outputs.Writes(baseline, kBaselineFile).Writes(trials, system::kResultFile).Require();
@@ -239,8 +252,8 @@ void AddGate(command::CommandLine& line) {
       "--real FILE.csv", arguments.real,
       "Real trials (condition,success: a row a trial): what rate to expect of the vehicle");
   arguments.jobs.AddTo(&gate, "Processes that run trials");
-  const command::Option set = gate.AddSet(
-      arguments.assignments, "Set one scenario key in every condition, as if the build had it so");
+  gate.AddSet(arguments.assignments,
+              "Set one scenario key in every condition, as if the build had it so");
   const command::Option gains = gate.AddGains(arguments.gains);
   const command::Option bundles =
       gate.Add("--bundles", arguments.bundles,
@@ -252,7 +265,7 @@ void AddGate(command::CommandLine& line) {
       gate.Flag("--json", arguments.json, "Print the report as JSON on stdout");
   gate.AddAnew(arguments.anew);
   gate.AddQuiet(arguments.quiet);
-  for (const command::Option& option : {out, beside, real, set, gains, bundles, json})
+  for (const command::Option& option : {out, beside, real, gains, bundles, json})
     update.Excludes(option);
 }
 

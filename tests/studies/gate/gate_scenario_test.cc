@@ -133,7 +133,7 @@ TEST_F(GateProgram, FailuresWithoutCamerasAreRunAgainWithoutVideo) {
 
 // What would have no effect is refused, and nothing runs.
 TEST_F(GateProgram, OptionsThatDoNotGoTogetherAreRefused) {
-  const std::vector<std::vector<std::string>> refused = {{gate_, "--update", "--set", "seed=1"},
+  const std::vector<std::vector<std::string>> refused = {{gate_, "--update", "--gains", "g.yaml"},
                                                          {gate_, "--update", "--bundles", "1"},
                                                          {gate_, "--update", "--out", "go"}};
   for (std::vector<std::string> arguments : refused) {
@@ -143,6 +143,9 @@ TEST_F(GateProgram, OptionsThatDoNotGoTogetherAreRefused) {
     EXPECT_EQ(end.out, "");
     EXPECT_THAT(end.err, HasSubstr(" excludes "));
   }
+  const ProgramEnd other = RunProgram({"gate", gate_, "--update", "--set", "seed=1"});
+  EXPECT_EQ(other.exit_code, 2) << other.err;
+  EXPECT_THAT(other.err, HasSubstr("--set seed=1: with --update it must be one of controller, "));
   EXPECT_FALSE(fs::exists(folder_ / "gate.baseline.yaml"));
 }
 
