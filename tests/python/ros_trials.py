@@ -166,6 +166,18 @@ def test_a_gate_fails_the_example_with_a_wrong_sign_and_replays_a_trial(gate, tm
     assert [folder for folder in (tmp_path / "judged/failures").iterdir() if (folder / "result.json").exists()]
 
 
+def test_a_baseline_may_be_that_of_the_nodes(gate, tmp_path, nothing_is_left):
+    own = tmp_path / "gate.yaml"
+    own.write_text(gate.read_text().replace("seeds: 12", "seeds: 3"))
+    for more in (["--update"], ["--out", tmp_path / "judged"]):
+        said(ros("gate", own, "--workers", 2, "--quiet", "--answer", "wrench", *more, launch=controller(),
+                 environment=nothing_is_left), 0)
+    baseline = (tmp_path / "gate.baseline.yaml").read_text()
+    digests = re.findall('outcome: success.*digest: "(.*)"', baseline)
+    assert len(digests) == 3
+    assert not set(digests) & set(re.findall('digest: "(.*)"', gate.with_name("gate.baseline.yaml").read_text()))
+
+
 def test_silence_is_no_verdict(gate, nothing_is_left):
     words = said(ros("gate", gate, "--workers", 2, "--quiet", "--answer", "volts", "--answer-within", 1,
                      launch=f"{P_VOLTAGE} silent", environment=nothing_is_left), 4)

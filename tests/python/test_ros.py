@@ -45,6 +45,11 @@ def spoil(what, answer):
         answer.header.frame_id = "map"
     elif what == "nan":
         (answer.pose.pose.position if hasattr(answer, "pose") else answer.wrench.force).x = float("nan")
+    elif what == "nan_unused":
+        (answer.pose.covariance.__setitem__(0, float("nan")) if hasattr(answer, "pose")
+         else setattr(answer.wrench.torque, "x", float("inf")))
+    elif what == "rounded":
+        stamp.nanosec -= 1
     elif what == "huge":
         answer.wrench.force.x = 1e7
     elif what == "length":
@@ -137,12 +142,14 @@ def play(monkeypatch):
     ("controller", "future", r"is of the future; the frame that is waited for has 1\d"),
     ("controller", "wall", "is of the wall clock: give the node use_sim_time"),
     ("controller", "frame", "/wrench from /odd: frame_id 'map', must be base_link$"),
-    ("controller", "nan", "is not finite"),
-    ("controller", "huge", "/wrench from /odd: .* is not finite or beyond 1e.06$"),
+    ("controller", "nan", "/wrench from /odd: wrench.force.x is not finite$"),
+    ("controller", "nan_unused", "/wrench from /odd: wrench.torque.x is not finite$"),
+    ("controller", "huge", "/wrench from /odd: .* is beyond 1e.06$"),
     ("controller", "two", "2 publish it: /odd, /other; one must"),
     ("controller", "late", "2 publish it: /odd, /other; one must"),
     ("controller", "intruder", "/odd also publishes /marker/desired, which the trial does"),
-    ("estimator", "nan", "/estimate from /odd: is not finite"),
+    ("estimator", "nan", "/estimate from /odd: pose.pose.position.x is not finite$"),
+    ("estimator", "nan_unused", r"/estimate from /odd: pose.covariance\[0\] is not finite$"),
     ("estimator", "length", "/estimate from /odd: has a quaternion of length 0$"),
     ("estimator", "frame", "/estimate from /odd: frame_id 'map', must be camera_head or left_camera_optical"),
 ])
@@ -161,9 +168,20 @@ def test_silence_is_named(play, what, problem):
         play(what)
 
 
-def test_a_launch_command_that_ended_is_named_with_its_output(play):
-    with pytest.raises(turbidock.NoAnswer, match="(?s)'echo no such package; exit 3' has ended with exit code 3.*no such package"):
-        play("old", launch="echo no such package; exit 3", domain=91, first_answer_s=30)
+@pytest.mark.parametrize("launch, problem", [
+    ("echo no such package; exit 3", r"/odd: '[^']*' has ended with exit code 3; .*nodes: /odd; the last of their output in LOG"
+     r"/\d+-\d+.log:\s*no such package"),
+    ("sleep 0.1 &", r"/odd: 'sleep 0.1 &' has ended with exit code 0; it must last as long as its nodes"),
+    ("source /dev/null && kill -9 $$", r"/odd: '[^']*' was ended by signal 9; /wrench had"),
+])
+def test_a_launch_command_that_ended_is_named_with_its_output(play, tmp_path, launch, problem):
+    with pytest.raises(turbidock.NoAnswer, match=r"^no answer on /wrench of stamp 1\d\.\d{9} from " +
+                       problem.replace("LOG", str(tmp_path))):
+        play("old", launch=launch, domain=91, first_answer_s=30, log=str(tmp_path))
+
+
+def test_a_stamp_that_went_through_a_floating_point_number_is_that_of_its_frame(play):
+    assert play("rounded").outcome == "timeout"
 
 
 def test_a_velocity_without_a_stamp_counts_for_the_frame_that_is_waited_for(play):
@@ -178,7 +196,7 @@ def test_a_velocity_without_a_stamp_counts_for_the_frame_that_is_waited_for(play
      "of surge_left, surge_right, sway, heave"),
     ("volts", ["sway"], 0.5, "/volts from /odd: has 1 efforts of sway; must be of each of surge_left"),
     ("volts", ["sway", "heave", "sway", "sway"], 0.5, "has 4 efforts of sway, heave, sway, sway; must be"),
-    ("thrusts", ["sway", "heave", "surge_left", "surge_right"], float("nan"), r"/thrusts from /odd: \[.*nan.*\] is not finite"),
+    ("thrusts", ["sway", "heave", "surge_left", "surge_right"], float("nan"), r"/thrusts from /odd: effort\[0\] is not finite"),
 ])
 def test_thrusters_are_answered_by_name(play, monkeypatch, answer, names, value, problem):
     efforts = [value - 0.5 * (name == "heave") for name in names]
@@ -241,12 +259,25 @@ def test_the_table_has_every_topic():
     ("batch a.yaml --workers=2 --answer wrench --launch x --domain 3", "--domain is for one worker"),
     ("run pool_active --answer wrench --domain 300", "--domain: 300 must be in 0 to 232"),
     ("run pool_active --answer wrench --ros-args -r wrench", "--ros-args: .*Couldn't parse remap rule: '-r wrench'"),
+    ("run pool_active --answer wrench --ros-args --launch x", "--ros-args: .*--launch.*; other options stand before it, or after --"),
+    ("run pool_active --ros-args -r a:=b -- --answer wrench --domain 300", "--domain: 300 must be in 0 to 232"),
+    ("run pool_active --answer wrench --launch=", "--launch: is empty; leave it out where there is none"),
+    ("batch a.yaml --answer wrench --nodes-version=", "--nodes-version: is empty"),
+    ("run pool_active --answer wrench --set controller=pid", "--set controller=pid and --answer wrench: must be one of them"),
+    ("run pool_active --estimator --set=pose_source=true_pose", "--set pose_source=true_pose and --estimator: must be one"),
     ("run pool_active --answer wrench --answer-within 0", "--answer-within: 0 must be above 0"),
 ])
 def test_a_command_line_that_cannot_be(monkeypatch, arguments, problem):
     monkeypatch.setattr(sys, "argv", ["turbidock-ros", *arguments.split()])
     with pytest.raises(ValueError, match=problem):
         command.main()
+
+
+def test_a_batch_that_cannot_go_on_says_so_before(capsys):
+    for words, says in (([], True), (["--quiet"], False), (["--nodes-version", "1"], False)):
+        own, rest = command._parser().parse_known_args(["batch", "a.yaml", "--answer", "wrench", "--launch", "x", *words])
+        command._arguments_of("batch", rest, own)
+        assert ("without --nodes-version no later call goes on" in capsys.readouterr().err) == says
 
 
 @pytest.mark.parametrize("domain", ["abc", "-1", "233", "1.5"])
@@ -269,7 +300,7 @@ def test_a_domain_in_use_is_refused(play):
 
 def test_a_command_is_ended_with_all_that_it_started():
     mark = f"turbidock-test-{os.getpid()}"
-    started = nodes.Nodes("trap '' INT TERM; (sleep 1000 &); sleep 1000", "", {**os.environ, "TURBIDOCK_TEST": mark})
+    started = nodes.Nodes("trap '' INT TERM; (sleep 1000 &); sleep 1000; true", "", {**os.environ, "TURBIDOCK_TEST": mark})
     wait_until(lambda: len(processes(mark)) == 4)  # its keeper, the shell and what that started
     assert started.ended() is None
     started.close()
@@ -307,6 +338,32 @@ def test_types_and_qos_that_do_not_match_are_named(monkeypatch):
         assert exchange._is_used(92) and not exchange._is_used(93)
         with pytest.raises(turbidock.PluginError, match="ROS_DOMAIN_ID 92 is in use by other nodes"):
             exchange._given_domain(92, starts_nodes=True)
+    finally:
+        context.try_shutdown()
+        link.leave("controller", plug_in)
+        turbidock.ros.use()
+
+
+@pytest.mark.parametrize("domain, remap", [(94, []), (96, ["--ros-args", "-r", "__ns:=/rov", "-r", "__node:=sim"])])
+def test_a_trial_knows_itself_by_whatever_name(domain, remap, monkeypatch):
+    turbidock.ros.use(launch="sleep 60", domain=domain, ros_arguments=remap)
+    link, plug_in = exchange.link(), object()
+    link.enter("controller", plug_in, topics.CONTROLLER, topics.ANSWERS["twist"])
+    for name, value in link._environment.items():
+        monkeypatch.setenv(name, value)
+    context = rclpy.context.Context()
+    rclpy.init(context=context, domain_id=domain)
+    name, space = ("sim", "/rov") if remap else ("turbidock", "")
+    try:
+        node = rclpy.node.Node("odd", context=context)
+        node.create_publisher(Twist, f"{space}/cmd_vel", 10)
+        problem = (f"/odd has {space}/cmd_vel as geometry_msgs/Twist, it is geometry_msgs/TwistStamped; "
+                   f"geometry_msgs/Twist is {space}/cmd_vel_unstamped")
+        wait_until(lambda: link._wire.others() == ["/odd"] and link._wire.mismatches() == [problem])
+        assert link._wire.intruders() == []
+        same = rclpy.node.Node(name, namespace=space, context=context)
+        same.create_publisher(PoseStamped, f"{space}/marker/desired", 10)
+        wait_until(lambda: link._wire.intruders() == [(topics.DESIRED, f"{space}/{name}")])
     finally:
         context.try_shutdown()
         link.leave("controller", plug_in)

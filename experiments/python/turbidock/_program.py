@@ -31,6 +31,8 @@ def _command(module: str, extra: str) -> None:
     except (ValueError, OSError, ImportError) as error:
         print(f"{os.path.basename(sys.argv[0])}: {error}", file=sys.stderr)
         sys.exit(2)
+    except KeyboardInterrupt:
+        sys.exit(130)
 
 
 def mcap() -> None:

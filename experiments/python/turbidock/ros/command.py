@@ -22,7 +22,7 @@ OTHERS = ("replay", "report", "status", "mcap")
 _USAGE = """turbidock-ros COMMAND ... [--launch "COMMAND"] [--answer wrench|twist|thrusts|volts] [--estimator] [...] [--ros-args ...]
 
 COMMAND and what follows are those of turbidock: run, batch, gate, view; also replay, report and status of what they wrote,
-and mcap, which is turbidock-mcap.
+mcap, which is turbidock-mcap, and topics, which prints their table. All there is to know: python -m pydoc turbidock.ros
 by-hand SCENARIO [--seed N] [--set KEY=VALUE] [--fast] [--paused] [--truth] has the services /turbidock/pause, step, reset and
 set_parameters (`ros2 param set /turbidock KEY VALUE`)."""
 
@@ -31,10 +31,11 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="turbidock-ros", usage=_USAGE, allow_abbrev=False,
                                      description="Docking trials in lockstep with ROS 2 nodes.")
     add = parser.add_argument
-    add("--launch", default="", metavar="COMMAND", help="starts your nodes, for each trial; without it they run already")
+    add("--launch", metavar="COMMAND",
+        help="of bash, starts your nodes for each trial, and lasts as long as they do; without it they run already")
     add("--answer", choices=tuple(CONTROLLERS), help="your nodes are the controller, and answer with this")
     add("--estimator", action="store_true", help="your nodes are the estimator")
-    add("--nodes-version", default="", metavar="TEXT",
+    add("--nodes-version", metavar="TEXT",
         help="of your nodes' code: with it a batch goes on where it was stopped, and its trials can be replayed")
     add("--domain", type=int, help="ROS_DOMAIN_ID; with --launch else one that nobody uses")
     add("--answer-within", type=float, default=10, metavar="S", help="wall time for an answer [10]")
@@ -66,6 +67,9 @@ def _arguments_of(command: str, rest: list[str], own: argparse.Namespace) -> lis
         return rest
     if not own.answer and not own.estimator:
         raise ValueError("say what your nodes do: --answer wrench|twist|thrusts|volts, --estimator, or both")
+    for name in ("launch", "nodes_version"):
+        if getattr(own, name) is not None and not getattr(own, name).strip():
+            raise ValueError(f"--{name.replace('_', '-')}: is empty; leave it out where there is none")
     for name in ("answer_within", "first_answer_within"):
         if not 0 < getattr(own, name) < 1e6:
             raise ValueError(f"--{name.replace('_', '-')}: {getattr(own, name):g} must be above 0 and below 1e6")
@@ -79,10 +83,19 @@ def _arguments_of(command: str, rest: list[str], own: argparse.Namespace) -> lis
             raise ValueError(f"--workers {_value_of(rest, '--workers')}: {why}")
         if not _value_of(rest, "--workers"):
             rest = [*rest, "--workers", "1"]
+    if command == "batch" and not own.nodes_version and "--quiet" not in rest:
+        print("turbidock-ros: without --nodes-version no later call goes on with this batch", file=sys.stderr, flush=True)
+    chosen = {}
     if own.answer:
-        rest = [*rest, "--set", f"controller={CONTROLLERS[own.answer].plugin_name()}"]
+        chosen["controller"] = CONTROLLERS[own.answer].plugin_name(), f"--answer {own.answer}"
     if own.estimator:
-        rest = [*rest, "--set", f"pose_estimator={ImageEstimator.plugin_name()}", "--set", "pose_source=cameras"]
+        chosen["pose_estimator"] = ImageEstimator.plugin_name(), "--estimator"
+        chosen["pose_source"] = "cameras", "--estimator"
+    for key, (value, option) in chosen.items():
+        for word in rest:
+            if (given := word.removeprefix("--set=")).startswith(key + "=") and given != f"{key}={value}":
+                raise ValueError(f"--set {given} and {option}: must be one of them")
+        rest = [*rest, "--set", f"{key}={value}"]
     return rest
 
 
@@ -113,14 +126,15 @@ def main() -> None:
     words, ros = sys.argv[1:], []
     if "--ros-args" in words:
         at = words.index("--ros-args")
-        words, ros = words[:at], words[at:]
+        end = words.index("--", at) if "--" in words[at:] else len(words)
+        words, ros = words[:at] + words[end + 1:], words[at:end]
     own, rest = _parser().parse_known_args(words)
     if not rest:
         _parser().error("which COMMAND?")
     wire.check(ros)
     command = rest[0]
     arguments = _arguments_of(command, rest, own)
-    exchange.use(launch=own.launch, version=own.nodes_version, domain=own.domain, reset=own.reset_service,
+    exchange.use(launch=own.launch or "", version=own.nodes_version or "", domain=own.domain, reset=own.reset_service,
                  answer_s=own.answer_within, first_answer_s=own.first_answer_within, ros_arguments=ros,
                  log=_log_folder(command, _value_of(arguments, "--out")))
     if command == BY_HAND:

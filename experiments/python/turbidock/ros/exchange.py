@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import pathlib
 import shlex
@@ -20,6 +19,7 @@ from .topics import CLOCK, START_S, Topic
 DOMAINS = range(1, 102)  # those whose ports Linux gives to nobody else
 _STEP_S = 0.05  # of a wait
 _SETTLE_S = 0.3  # after which no more of the nodes' topics appear
+_ROUNDING_NS = 1000  # of a stamp that went through a floating-point number
 _WALL_CLOCK_NS = 10**17  # stamps beyond it are of the wall clock
 
 
@@ -320,7 +320,7 @@ class Link:
     def _is_answer(self, topic: Topic, message: Any, stamp: int) -> bool:
         assert self._wire
         given = wire.stamp_ns(message)
-        if given is None or given == stamp:
+        if given is None or abs(given - stamp) <= _ROUNDING_NS:
             return True
         if given == 0:
             raise self.wrong(topic, f"an answer without a stamp: it must be that of the frame, {_text(stamp)}")
@@ -335,6 +335,11 @@ class Link:
         """Of an answer that may not be."""
         assert self._wire
         return _core.PluginError(f"{self._wire.names([topic])} from {', '.join(self._wire.writers(topic))}: {why}")
+
+    def require_finite(self, topic: Topic, message: Any) -> None:
+        """PluginError for an answer that has a number which is not."""
+        if name := wire.not_finite(message):
+            raise self.wrong(topic, f"{name} is not finite")
 
     def _require_one(self, answers: Sequence[Topic]) -> None:
         assert self._wire
@@ -352,20 +357,22 @@ class Link:
         """Whether no answer comes any more: the nodes have ended, or it is time."""
         return time.monotonic() > end or bool(self._nodes and self._nodes.ended() is not None)
 
-    def _silence(self, asked: str, longest: float) -> str:
+    def _silence(self, asked: str, longest: float, who: str = "") -> str:
         code = self._nodes.ended() if self._nodes else None
-        if self._nodes and code is not None:
-            return f"no answer on {asked}: '{self._nodes.command}' has ended with exit code {code}"
-        return f"no answer on {asked} in {longest:g} s"
+        if not self._nodes or code is None:
+            return f"no answer on {asked} in {longest:g} s{who}"
+        how = f"was ended by signal {-code}" if code < 0 else f"has ended with exit code {code}"
+        return f"no answer on {asked}{who}: '{self._nodes.command}' {how}" + (
+            "; it must last as long as its nodes" if code == 0 else "")
 
     def _check(self, end: float, answers: Sequence[Topic], stamp: int, longest: float) -> None:
         """NoAnswer where none comes any more."""
         assert self._wire
         if not self._is_over(end):
             return
-        why = self._silence(self._wire.names(answers) + (f" of stamp {_text(stamp)}" if stamp else ""), longest)
         who = sorted({writer for topic in answers for writer in self._wire.writers(topic)})
-        why += f" from {', '.join(who)}" if who else ", which nobody publishes"
+        why = self._silence(self._wire.names(answers) + (f" of stamp {_text(stamp)}" if stamp else ""), longest,
+                            f" from {', '.join(who)}" if who else ", which nobody publishes")
         old = "".join(f"; {name} had stamp {old} last" for name, old in self._last.items())
         raise _core.NoAnswer(f"{why}{old}{self._surroundings()}{self._output()}")
 
@@ -375,8 +382,9 @@ class Link:
         return f"; nodes: {', '.join(self._wire.others()) or 'none'}" + "".join(f"; {problem}" for problem in problems)
 
     def _output(self) -> str:
-        tail = self._nodes.tail() if self._nodes else ""
-        return f"; the last of their output:\n{tail}" if tail else ""
+        if not self._nodes or not (tail := self._nodes.tail()):
+            return ""
+        return f"; the last of their output{f' in {self._nodes.log}' if self._nodes.log else ''}:\n{tail}"
 
     def _say(self, said: float, what: str) -> float:
         """Once a second."""
@@ -389,14 +397,6 @@ class Link:
 
 def _text(stamp: int) -> str:
     return f"{stamp // 10**9}.{stamp % 10**9:09d}"
-
-
-def problem_of_pose(position: Sequence[float], quaternion: Sequence[float]) -> str:
-    """What is wrong with a pose; empty where nothing is."""
-    if not all(map(math.isfinite, [*position, *quaternion])):
-        return f"is not finite: position {list(position)}, quaternion {list(quaternion)}"
-    length = math.hypot(*quaternion)
-    return "" if abs(length - 1) < 1e-3 else f"has a quaternion of length {length:g}"
 
 
 _link: Link | None = None

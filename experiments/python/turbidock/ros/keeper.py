@@ -1,5 +1,5 @@
-"""Runs a command and ends all that it started when its standard input closes: when the simulator says so, and also when that
-was killed. Without packages, so that it starts at once: python keeper.py COMMAND. Their output is
+"""Runs a command, in bash where there is one, and ends all that it started when its standard input closes: when the simulator
+says so, and also when that was killed. Without packages, so that it starts at once: python keeper.py COMMAND. Their output is
 its standard error; its standard output says the command's exit code. Each node of ROS makes a log file: those go, too."""
 
 from __future__ import annotations
@@ -7,6 +7,7 @@ from __future__ import annotations
 import ctypes
 import os
 import select
+import shutil
 import signal
 import subprocess
 import sys
@@ -65,8 +66,9 @@ def main() -> None:
 
 
 def _keep(command: str, environment: dict[str, str]) -> None:
-    started = subprocess.Popen(command, shell=True, stdin=subprocess.DEVNULL, stdout=sys.stderr, env=environment,
-                               start_new_session=True, preexec_fn=lambda: _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL))
+    started = subprocess.Popen(command, shell=True, executable=shutil.which("bash"), stdin=subprocess.DEVNULL,
+                               stdout=sys.stderr, env=environment, start_new_session=True,
+                               preexec_fn=lambda: _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL))
     told = False
     while not select.select([sys.stdin], [], [], 0.05)[0]:
         if not told and started.poll() is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from typing import Any, Sequence
 
 import numpy as np
@@ -69,12 +70,13 @@ class _NodeController(Controller):
         if answer is None:  # stopped
             return np.full(len(self._parts), self._nothing)
         topic, message = answer
+        self._link.require_finite(topic, message)
         try:
             numbers = wire.numbers_of(message, self._parts)
         except ValueError as error:
             raise self._link.wrong(topic, str(error)) from None
         if not (np.abs(numbers) <= _MOST).all():
-            raise self._link.wrong(topic, f"{numbers} is not finite or beyond {_MOST:g}")
+            raise self._link.wrong(topic, f"{numbers} is beyond {_MOST:g}")
         frame = "" if not topic.frame else wire.frame_id(message)
         if frame != topic.frame:
             raise self._link.wrong(topic, f"frame_id '{frame}', must be {topic.frame}")
@@ -159,8 +161,9 @@ class ImageEstimator(Estimator):
         position, quaternion, is_seen = wire.pose_of(message)
         if not is_seen:
             return *self._last, _NOT_SEEN
-        if problem := exchange.problem_of_pose(position, quaternion):
-            raise self._link.wrong(ESTIMATE, problem)
+        self._link.require_finite(ESTIMATE, message)
+        if abs((length := math.hypot(*quaternion)) - 1) > 1e-3:
+            raise self._link.wrong(ESTIMATE, f"has a quaternion of length {length:g}")
         self._last = self._in_head(wire.frame_id(message), position, quaternion)
         return *self._last, _SEEN
 

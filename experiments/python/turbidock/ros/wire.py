@@ -49,7 +49,7 @@ def check(arguments: Sequence[str]) -> None:
     try:
         _init(context, 0, arguments)
     except RuntimeError as error:
-        raise ValueError(f"--ros-args: {str(error).partition(', at /')[0]}") from None
+        raise ValueError(f"--ros-args: {str(error).partition(', at /')[0]}; other options stand before it, or after --") from None
     context.try_shutdown()
 
 
@@ -66,6 +66,7 @@ class Wire:
         self._context = rclpy.context.Context()
         _init(self._context, domain, arguments)
         self._node = rclpy.node.Node(NODE, context=self._context, start_parameter_services=False, enable_rosout=False)
+        self.name = str(self._node.get_fully_qualified_name())  # as it is remapped
         self._executor = rclpy.executors.SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._publishers: dict[Topic, Any] = {}
@@ -167,8 +168,8 @@ class Wire:
     def others(self) -> list[str]:
         """Names of the other nodes of the domain."""
         names = [f"{space.rstrip('/')}/{name}" for name, space in self._node.get_node_names_and_namespaces()]
-        if f"/{NODE}" in names:
-            names.remove(f"/{NODE}")
+        if self.name in names:
+            names.remove(self.name)
         return sorted(name for name in names if not name.rpartition("/")[2].startswith("_"))
 
     def readers(self, topic: Topic) -> int:
@@ -184,10 +185,14 @@ class Wire:
                 if info.topic_type == topic.type.replace("/", "/msg/")]
 
     def intruders(self) -> list[tuple[Topic, str]]:
-        """Who else publishes what is ours to publish, but /clock's other publishers are the same."""
-        return [(topic, _name_of(info)) for topic, publisher in self._publishers.items()
-                for info in self._node.get_publishers_info_by_topic(publisher.topic_name)
-                if (info.node_name, info.node_namespace) != (NODE, "/")]
+        """Who else publishes what is ours to publish. One publisher of our name is ours."""
+        found = []
+        for topic, publisher in self._publishers.items():
+            names = [_name_of(info) for info in self._node.get_publishers_info_by_topic(publisher.topic_name)]
+            if self.name in names:
+                names.remove(self.name)
+            found += [(topic, name) for name in names]
+        return found
 
     def mismatches(self) -> list[str]:
         """What does not fit between us and the nodes: types and QoS, a sentence each."""
@@ -200,7 +205,8 @@ class Wire:
             for info in infos:
                 kind = info.topic_type.replace("/msg/", "/")
                 if kind != topic.type:
-                    found.append(f"{_name_of(info)} has {name} as {kind}, it is {topic.type}")
+                    found.append(f"{_name_of(info)} has {name} as {kind}, it is {topic.type}" + "".join(
+                        f"; {kind} is {other.topic_name}" for same, other in self._subscriptions.items() if same.type == kind))
                     continue
                 # a reader may ask for less than is offered
                 if not ours and info.qos_profile.reliability == rclpy.qos.ReliabilityPolicy.BEST_EFFORT:
@@ -343,6 +349,22 @@ def navigation(topic: Topic, stamp: int, child: str, reading: dict[str, Any]) ->
     for at in (0, 7, 14, 21, 28, 35):
         message.twist.covariance[at] = _UNKNOWN
     return message
+
+
+def not_finite(message: Any) -> str:
+    """Of an answer: the name of a number that is not finite, also of one that nobody uses; empty without any."""
+    part = next((name for name in ("effort", "wrench", "twist", "pose") if hasattr(message, name)), "")
+    return _not_finite(getattr(message, part) if part else message, part)
+
+
+def _not_finite(value: Any, name: str) -> str:
+    if isinstance(value, float):
+        return "" if math.isfinite(value) else name
+    if hasattr(value, "get_fields_and_field_types"):
+        parts = {f"{name}.{field}".lstrip("."): getattr(value, field) for field in value.get_fields_and_field_types()}
+    else:
+        parts = {f"{name}[{at}]": element for at, element in enumerate(value)}
+    return next((found for each, part in parts.items() if (found := _not_finite(part, each))), "")
 
 
 def pose_of(message: Any) -> tuple[list[float], list[float], bool]:
