@@ -1,5 +1,6 @@
 """From logs to a vehicle: planted parameters found again, what a log cannot tell, other people's dynamics, bad logs."""
 
+import dataclasses
 import importlib.util
 import pathlib
 import shutil
@@ -130,6 +131,8 @@ def test_planted_parameters_are_found_again(simulated):
     assert fit.validation["median_m"] < 0.02 < fit.validation["before_m"]
     assert fit.noise["position"] == pytest.approx(logs.NOISE_M, rel=0.1)
     assert fit.noise["attitude"] == pytest.approx(logs.NOISE_RAD, rel=0.1)
+    wider = dataclasses.replace(fit, information=dataclasses.replace(fit.information, wider=2 * fit.information.wider))
+    assert np.ptp(wider.interval("delay.pose")) == pytest.approx(2 * np.ptp(fit.interval("delay.pose")))
 
 
 def test_a_plot_compares_what_was_measured(simulated):
