@@ -338,7 +338,7 @@ def test_the_vehicles_file_is_what_was_found(simulated, tmp_path):
     fit.save(tmp_path / "mine.yaml")
     text = (tmp_path / "mine.yaml").read_text()
     assert "[identified] turbidock-identify, log 1, 20" in text
-    assert "not told, kept" in text
+    assert "not told, kept" in text and all(text.count(f"# {name}:") == 1 for name in ("lag", "lag_power", "centre_ahead"))
     kept = fit.table()[~fit.table()["told"]]
     assert len(kept) and (kept["value"] == kept["before"]).all() and not fit.doubt
     mine = turbidock.Scenario("pool_active", settings={"vehicle_model": str(tmp_path / "mine.xml")})

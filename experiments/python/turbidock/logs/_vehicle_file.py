@@ -10,7 +10,7 @@ from ._parameters import plain
 
 # Which parameters are in which key.
 _TOLD = {f"hydrodynamics.{group}_diagonal": group + "." for group in ("added_mass", "linear_damping", "quadratic_damping")} | {
-    "hydrodynamics.displaced_volume_m3": "trim.buoyancy", "hydrodynamics.p_BBcb_m": "trim.centre", "thrusters.dead_time_s": "delay."} | {
+    "hydrodynamics.displaced_volume_m3": "trim.buoyancy", "hydrodynamics.p_BBcb_m": "trim.centre_", "thrusters.dead_time_s": "delay."} | {
     f"thrusters.{key}": "thrust." + name for key, name in (
         ("max_thrust_newton", "scale"), ("reverse_ratio", "reverse"), ("dead_band_volts", "dead_band"), ("curve_exponent", "exponent"),
         ("table_thrust_newton", "reverse"), ("lag_s", "lag"), ("lag_power", "lag_power"), ("inflow_loss_s_per_m", "inflow_loss"))}
@@ -25,7 +25,7 @@ def vehicle_yaml(scenario: Scenario, data: Mapping[str, Any], comments: Mapping[
         for key in vehicle[group].keys():
             path = f"{group}.{key}"
             lines += [f"  # {name.split('.')[1]}: [identified] {comment}" for name, comment in comments.items()
-                      if path in data and path in _TOLD and name.startswith(_TOLD[path])]
+                      if path in data and (told := _TOLD.get(path)) and (name == told or told[-1] in "._" and name.startswith(told))]
             lines.append(f"  {key}: {json.dumps(plain(data.get(path, vehicle[group][key])))}")
         lines.append("")
     lines.append(f"loads: {json.dumps(plain(vehicle['loads']))}")
