@@ -51,8 +51,10 @@ Crossing CrossingAlong(const EnvelopePlan& plan, const search::Boundary& boundar
   crossing.falls = trend == search::Trend::kUnknown ? rate(0) >= rate(count - 1)
                                                     : trend == search::Trend::kFalls;
   std::vector<double> places;
-  for (const auto& draw : boundary.draws)
+  for (const auto& draw : boundary.draws) {
     places.push_back(PlaceOn(draw, first, step, count, crossing.falls));
+    crossing.drawn.push_back(ValueOn(plan, range, places.back()));
+  }
   std::ranges::sort(places);
   const auto value = [&](double share) {
     const double place =
@@ -63,6 +65,50 @@ Crossing CrossingAlong(const EnvelopePlan& plan, const search::Boundary& boundar
   crossing.low = value(0.025);
   crossing.high = value(0.975);
   return crossing;
+}
+
+// Of each draw, the share of the ranges in which success is above the rate.
+std::vector<double> AreasOf(const search::Boundary& boundary) {
+  std::vector<double> areas;
+  for (const auto& draw : boundary.draws)
+    areas.push_back(
+        static_cast<double>(std::ranges::count_if(draw, [](float v) { return v >= 0; })) /
+        static_cast<double>(draw.size()));
+  return areas;
+}
+
+// Trials of the same place and seed.
+std::vector<search::TrialPair> PairsOf(const Envelope& a, const Envelope& b, int points) {
+  std::map<std::pair<int64_t, int64_t>, bool> of_a;  // by place and seed
+  for (const StoredTrial* trial : a.shown)
+    if (trial->record.judged())
+      of_a[{trial->cell % points, trial->record.seed}] = trial->record.success();
+  std::vector<search::TrialPair> pairs;
+  for (const StoredTrial* trial : b.shown) {
+    const auto found = of_a.find({trial->cell % points, trial->record.seed});
+    if (found == of_a.end() || !trial->record.judged()) continue;
+    pairs.push_back(
+        {static_cast<int>(trial->cell % points), found->second, trial->record.success()});
+  }
+  return pairs;
+}
+
+EnvelopeDifference DifferenceTo(const EnvelopeSummary& summary, size_t envelope) {
+  const Envelope &a = summary.envelopes[0], &b = summary.envelopes[envelope];
+  const auto pairs = PairsOf(a, b, static_cast<int>(summary.plan.points()));
+  EnvelopeDifference difference{.envelope = envelope, .pairs = std::ssize(pairs)};
+  difference.area =
+      DifferenceOf(a.boundary, AreasOf(a.boundary), b.boundary, AreasOf(b.boundary), pairs);
+  const auto within = [](const Crossing& c) {
+    return std::isfinite(c.low) && std::isfinite(c.high);
+  };
+  for (size_t i = 0; i < a.crossings.size(); ++i) {
+    const Crossing &of_a = a.crossings[i], &of_b = b.crossings[i];
+    if (within(of_a) && within(of_b) && of_a.falls == of_b.falls)
+      difference.crossings.emplace_back(
+          i, DifferenceOf(a.boundary, of_a.drawn, b.boundary, of_b.drawn, pairs));
+  }
+  return difference;
 }
 
 // In how many separate regions the cells that are no `other` hold one that is `side`.
@@ -159,6 +205,17 @@ std::vector<std::string> LimitsOf(const EnvelopePlan& plan, const Envelope& enve
   return limits;
 }
 
+// " at gust std 0.1 m/s", of the ranges that are not crossed along.
+std::string WhereText(const EnvelopeSummary& summary, const Crossing& crossing) {
+  std::vector<std::string> others;
+  for (size_t k = 0; k < crossing.at.size(); ++k) {
+    if (k == crossing.range) continue;
+    const report::Quantity of = NameOfKey(summary.plan.ranges[k].key);
+    others.push_back(of.label + " " + of.Text(report::Digits(of.factor * crossing.at[k])));
+  }
+  return others.empty() ? "" : fmt::format(" at {}", fmt::join(others, ", "));
+}
+
 }  // namespace
 
 std::optional<EnvelopeSummary> EnvelopesOf(const StoreHeader& header,
@@ -198,8 +255,16 @@ std::optional<EnvelopeSummary> EnvelopesOf(const StoreHeader& header,
         if (ranges == 1) break;
       }
     envelope.limits = LimitsOf(summary.plan, envelope, tallies);
+    std::vector<double> areas = AreasOf(envelope.boundary);
+    std::ranges::sort(areas);
+    const auto at = [&](double share) {
+      return areas[static_cast<size_t>(share * static_cast<double>(areas.size() - 1))];
+    };
+    envelope.area = {at(0.5), at(0.025), at(0.975)};
     summary.envelopes.push_back(std::move(envelope));
   }
+  for (size_t i = 1; i < summary.envelopes.size(); ++i)
+    summary.differences.push_back(DifferenceTo(summary, i));
   return summary;
 }
 
@@ -207,13 +272,7 @@ std::string CrossingText(const EnvelopeSummary& summary, const Crossing& crossin
   const RangeKey& range = summary.plan.ranges[crossing.range];
   const report::Quantity name = NameOfKey(range.key);
   const double percent = 100 * summary.plan.find.rate;
-  std::vector<std::string> others;
-  for (size_t k = 0; k < crossing.at.size(); ++k) {
-    if (k == crossing.range) continue;
-    const report::Quantity of = NameOfKey(summary.plan.ranges[k].key);
-    others.push_back(of.label + " " + of.Text(report::Digits(of.factor * crossing.at[k])));
-  }
-  const std::string where = others.empty() ? "" : fmt::format(" at {}", fmt::join(others, ", "));
+  const std::string where = WhereText(summary, crossing);
   if (std::isinf(crossing.low) && crossing.low == crossing.high) {
     const bool above = (crossing.low > 0) == crossing.falls;
     return fmt::format("{} {:g} % at every {}{}", above ? "above" : "below", percent, name.label,
@@ -230,10 +289,35 @@ std::string CrossingText(const EnvelopeSummary& summary, const Crossing& crossin
                      where);
 }
 
+std::vector<std::string> DifferenceTexts(const EnvelopeSummary& summary,
+                                         const EnvelopeDifference& difference) {
+  const auto text = [](const search::Difference& d, double factor) {
+    const auto number = [&](double v) {
+      return (v > 0 ? "+" : "") + report::Digits(factor * v, 3);
+    };
+    return fmt::format("{} [{}, {}]", number(d.value), number(d.low), number(d.high));
+  };
+  const Envelope& first = summary.envelopes[0];
+  const std::string names =
+      fmt::format("{} less {}: ", summary.envelopes[difference.envelope].name, first.name);
+  const double percent = 100 * summary.plan.find.rate;
+  std::vector<std::string> lines = {fmt::format(
+      "{}above {:g} % in {} % of the ranges ({} pairs of a seed, correlation {:.2f})", names,
+      percent, text(difference.area, 100), difference.pairs, difference.area.correlation)};
+  for (const auto& [of, d] : difference.crossings) {
+    const Crossing& crossing = first.crossings[of];
+    const report::Quantity name = NameOfKey(summary.plan.ranges[crossing.range].key);
+    lines.push_back(fmt::format("{}{:g} % {} {} {}{}", names, percent,
+                                crossing.falls ? "up to" : "from", name.label,
+                                name.Text(text(d, name.factor)), WhereText(summary, crossing)));
+  }
+  return lines;
+}
+
 report::Json EnvelopeJson(const EnvelopeSummary& summary) {
   using report::Json;
   const EnvelopePlan& plan = summary.plan;
-  Json ranges = Json::array(), envelopes = Json::array();
+  Json ranges = Json::array(), envelopes = Json::array(), differences = Json::array();
   for (size_t k = 0; k < plan.ranges.size(); ++k) {
     const RangeKey& range = plan.ranges[k];
     std::vector<double> values;
@@ -241,26 +325,32 @@ report::Json EnvelopeJson(const EnvelopeSummary& summary) {
       values.push_back(ValueOn(plan, k, i));
     ranges.push_back({{"key", range.key}, {"success", NameOf(range.success)}, {"values", values}});
   }
+  const auto numbers = [](const search::Estimate& of) {
+    return Json{{"value", of.value}, {"low", of.low}, {"high", of.high}};
+  };
   const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
+  const auto others = [&](const Crossing& crossing) {
+    Json at = Json::object();
+    for (size_t k = 0; k < plan.ranges.size(); ++k)
+      if (k != crossing.range) at[plan.ranges[k].key] = crossing.at[k];
+    return at;
+  };
   for (const Envelope& envelope : summary.envelopes) {
     Json crossings = Json::array();
-    for (const Crossing& crossing : envelope.crossings) {
-      Json others = Json::object();
-      for (size_t k = 0; k < plan.ranges.size(); ++k)
-        if (k != crossing.range) others[plan.ranges[k].key] = crossing.at[k];
+    for (const Crossing& crossing : envelope.crossings)
       crossings.push_back({{"key", plan.ranges[crossing.range].key},
-                           {"at", others},
+                           {"at", others(crossing)},
                            {"value", number(crossing.value)},
                            {"low", number(crossing.low)},
                            {"high", number(crossing.high)},
                            {"text", CrossingText(summary, crossing)}});
-    }
     std::vector<int> sides;
     for (const Side side : envelope.boundary.sides) sides.push_back(static_cast<int>(side));
     envelopes.push_back({{"name", envelope.name},
                          {"trials", envelope.trials},
                          {"undecided", envelope.boundary.undecided},
                          {"reached", envelope.reached},
+                         {"area", numbers(envelope.area)},
                          {"crossings", crossings},
                          {"limits", envelope.limits},
                          {"sides", sides},
@@ -268,10 +358,25 @@ report::Json EnvelopeJson(const EnvelopeSummary& summary) {
                          {"low", envelope.boundary.low},
                          {"high", envelope.boundary.high}});
   }
+  for (const EnvelopeDifference& difference : summary.differences) {
+    Json crossings = Json::array();
+    for (const auto& [of, d] : difference.crossings) {
+      const Crossing& crossing = summary.envelopes[0].crossings[of];
+      crossings.push_back(numbers(d));
+      crossings.back().update({{"key", plan.ranges[crossing.range].key}, {"at", others(crossing)}});
+    }
+    differences.push_back({{"of", summary.envelopes[difference.envelope].name},
+                           {"less", summary.envelopes[0].name},
+                           {"pairs", difference.pairs},
+                           {"correlation", difference.area.correlation},
+                           {"area", numbers(difference.area)},
+                           {"crossings", crossings}});
+  }
   return {{"rate", plan.find.rate},
           {"width", plan.find.width},
           {"ranges", ranges},
-          {"envelopes", envelopes}};
+          {"envelopes", envelopes},
+          {"differences", differences}};
 }
 
 }  // namespace turbidock::batch

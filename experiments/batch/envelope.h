@@ -5,12 +5,14 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "experiments/batch/plan_ranges.h"
 #include "experiments/batch/result_store.h"
 #include "experiments/report/json.h"
 #include "experiments/report/report.h"
+#include "experiments/search/boundary_difference.h"
 #include "experiments/search/boundary_search.h"
 
 namespace turbidock::batch {
@@ -22,6 +24,7 @@ struct Crossing {
   std::vector<double> at{};  // values of all ranges; of this one none
   bool falls = true;         // success, along it
   double value = 0, low = 0, high = 0;
+  std::vector<double> drawn{};  // draw by draw; where beyond, that end of the range
 };
 
 // Of one combination of cases and grid.
@@ -31,13 +34,24 @@ struct Envelope {
   bool reached = false;  // the width that was asked for
   search::Boundary boundary{};
   std::vector<Crossing> crossings{};
-  std::vector<std::string> limits{};        // sentences: what the answer does not hold for
+  search::Estimate area{};            // share of the ranges in which success is above the rate
+  std::vector<std::string> limits{};  // sentences: what the answer does not hold for
   std::vector<const StoredTrial*> shown{};  // its trials
+};
+
+// How far another envelope reaches beyond the first, trials of the same seeds pair by pair.
+struct EnvelopeDifference {
+  size_t envelope = 0;  // of the summary's
+  int64_t pairs = 0;
+  search::Difference area{};
+  // Of which crossing of both, where both are in the ranges.
+  std::vector<std::pair<size_t, search::Difference>> crossings{};
 };
 
 struct EnvelopeSummary {
   EnvelopePlan plan = {};
   std::vector<Envelope> envelopes = {};
+  std::vector<EnvelopeDifference> differences = {};  // of all but the first
 };
 
 // Of a batch with ranges; nothing of any other. The trials must outlive what points to them.
@@ -46,6 +60,10 @@ std::optional<EnvelopeSummary> EnvelopesOf(const StoreHeader& header,
 
 // "90 % up to 42 [39, 45] ml/m³".
 std::string CrossingText(const EnvelopeSummary& summary, const Crossing& crossing);
+
+// "passive less active: area above 90 % -12 [-17, -7] % of the ranges, ...": a line each.
+std::vector<std::string> DifferenceTexts(const EnvelopeSummary& summary,
+                                         const EnvelopeDifference& difference);
 
 report::Section EnvelopeSection(const EnvelopeSummary& summary);
 report::Json EnvelopeJson(const EnvelopeSummary& summary);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "experiments/batch/envelope.h"
@@ -256,6 +257,8 @@ report::Section EnvelopeSection(const EnvelopeSummary& summary) {
           "boundary, a tenth of them evenly; points of a cell stand side by side.",
       .wide = true};
   if (summary.envelopes.size() > 1) section.panels.push_back(TogetherOf(places, summary.envelopes));
+  for (const EnvelopeDifference& difference : summary.differences)
+    std::ranges::copy(DifferenceTexts(summary, difference), std::back_inserter(section.lines));
   for (const Envelope& envelope : summary.envelopes) {
     const std::string name = envelope.name.empty() ? "" : envelope.name + ": ";
     for (const Crossing& crossing : envelope.crossings)

@@ -27,29 +27,42 @@ using ::testing::StartsWith;
 
 double Logistic(double x) { return 1 / (1 + std::exp(-x)); }
 
-// A batch over milk from 0 to 80 ml/m3 and its trials, which end by lot at rates that go with the
-// place in [0, 1] on the range, and in a failure of this kind.
+using Rate = std::function<double(double)>;  // at a place in [0, 1] on the range
+
+// A batch over milk from 0 to 80 ml/m3 and its trials, which end by lot at these rates, and in a
+// failure of this kind. Several rates: a case each, whose trials of a place and sample have the
+// seed and the lot in common.
 struct Batch {
-  explicit Batch(const std::function<double(double)>& rate, const std::string& success = "falls",
+  explicit Batch(const std::vector<Rate>& rates, const std::string& success = "falls",
                  trial::Outcome fails = trial::Outcome::kCollision) {
     header.plan = fmt::format(
         "ranges: {{water.milk_ml_m3: {{from: 0, to: 80, success: {}}}}}\nfind: {{trials: 1000}}\n",
         success);
-    header.trials = 41 * kMostOfCell;
+    if (rates.size() > 1) header.plan += "cases: {first: {}, second: {}}\n";
+    const int64_t cells = 41 * std::ssize(rates);
+    header.trials = cells * kMostOfCell;
     header.keys = {"water.milk_ml_m3"};
+    if (rates.size() > 1) header.keys.insert(header.keys.begin(), "case");
     TrialScheduler scheduler(RuleOf(header), {});
-    Rng rng = SeedTree(1).Stream("outcomes");
     while (const auto number = scheduler.Next()) {
-      const int64_t cell = *number % 41;
-      const bool docks = rng.Uniform() < rate(static_cast<double>(cell) / 40);
-      StoredTrial trial{.trial = *number, .cell = cell, .sample = *number / 41, .parameters = {}};
-      trial.parameters = {{"water.milk_ml_m3", fmt::format("{}", 2 * cell)}};
+      const int64_t cell = *number % cells, place = cell % 41, sample = *number / cells;
+      const int64_t seed = SeedTree(static_cast<uint64_t>(place)).TrialSeed(sample);
+      const double lot = SeedTree(static_cast<uint64_t>(seed)).Stream("outcome").Uniform();
+      const bool docks =
+          lot < rates[static_cast<size_t>(cell / 41)](static_cast<double>(place) / 40);
+      StoredTrial trial{.trial = *number, .cell = cell, .sample = sample, .parameters = {}};
+      if (rates.size() > 1) trial.parameters = {{"case", cell < 41 ? "first" : "second"}};
+      trial.parameters.push_back({"water.milk_ml_m3", fmt::format("{}", 2 * place)});
+      trial.record.seed = seed;
       testing::End(&trial.record, docks ? trial::Failure::kNone : trial::Failure::kCollision);
       if (!docks) trial.record.outcome = fails;
       trials.push_back(trial);
       scheduler.Add(*number, docks);
     }
   }
+  explicit Batch(const Rate& rate, const std::string& success = "falls",
+                 trial::Outcome fails = trial::Outcome::kCollision)
+      : Batch(std::vector{rate}, success, fails) {}
   EnvelopeSummary Summary() const { return *EnvelopesOf(header, trials); }
 
   StoreHeader header;
@@ -75,6 +88,35 @@ TEST(Envelope, SaysWhereSuccessCrossesTheRate) {
   EXPECT_EQ(json["crossings"][0]["value"], crossing.value);
   EXPECT_EQ(json["sides"][0], 1);
   EXPECT_EQ(json["sides"][40], -1);
+}
+
+TEST(Envelope, SaysByHowMuchTwoCasesDiffer) {
+  const auto at = [](double boundary) -> Rate {
+    return [boundary](double x) { return Logistic(2.197 - 30 * (x - boundary)); };
+  };
+  Batch batch({at(0.6), at(0.4)});
+  EXPECT_THAT(Batch(at(0.5)).Summary().differences, IsEmpty());
+  const EnvelopeSummary summary = batch.Summary();
+  ASSERT_THAT(summary.differences, SizeIs(1));
+  const EnvelopeDifference& difference = summary.differences[0];
+  ASSERT_THAT(difference.crossings, SizeIs(1));
+  const search::Difference& crossing = difference.crossings[0].second;
+  EXPECT_NEAR(crossing.value, -16, 6);
+  EXPECT_LT(crossing.low, -16);
+  EXPECT_GT(crossing.high, -16);
+  EXPECT_NEAR(difference.area.value, -0.2, 0.07);
+  EXPECT_NEAR(summary.envelopes[0].area.value, 0.6, 0.06);
+  const report::Json json = EnvelopeJson(summary)["differences"][0];
+  EXPECT_EQ(json["of"], "second");
+  EXPECT_EQ(json["less"], "first");
+  EXPECT_EQ(json["crossings"][0]["low"], crossing.low);
+  EXPECT_EQ(json["area"]["value"], difference.area.value);
+  EXPECT_THAT(EnvelopeSection(summary).lines,
+              Contains(StartsWith("second less first: 90 % up to water milk -")));
+  // trials of the same seed and no others are pairs
+  EXPECT_GT(difference.pairs, 20);
+  for (StoredTrial& trial : batch.trials) trial.record.seed += trial.cell / 41;
+  EXPECT_EQ(batch.Summary().differences[0].pairs, 0);
 }
 
 // Each point of the picture opens its trial.
@@ -111,7 +153,7 @@ TEST(Envelope, SaysWhereTheAnswerDoesNotHold) {
 }
 
 TEST(Envelope, SaysThatSuccessIsNotMonotone) {
-  const auto hole = [](double x) { return x < 0.2 || x > 0.55 ? 1 : 0; };
+  const Rate hole = [](double x) { return x < 0.2 || x > 0.55 ? 1 : 0; };
   EXPECT_THAT(Batch(hole, "falls").Summary().envelopes[0].limits,
               Contains(HasSubstr("not monotone in water milk, although the plan says so")));
   EXPECT_THAT(Batch(hole, "unknown").Summary().envelopes[0].limits,

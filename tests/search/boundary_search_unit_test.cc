@@ -10,6 +10,7 @@
 #include <functional>
 #include <vector>
 
+#include "experiments/search/boundary_difference.h"
 #include "experiments/search/boundary_model.h"
 #include "sim/base/random.h"
 
@@ -155,6 +156,76 @@ TEST(BoundarySearch, EndsAfterTheMostTrialsAndRunsNoCellMoreOften) {
   EXPECT_LE(std::ranges::max(all.run), 30);
   search.most = 50;
   EXPECT_LE(Search(search, {0.9, 0.9, 0.9, 0.9, 0.9}, 1).trials, 50 + 8);
+}
+
+// ------------------------------------------------------------------------------- a difference
+
+// Where success crosses, in cells, draw by draw.
+std::vector<double> PlacesOf(const Boundary& boundary) {
+  std::vector<double> places;
+  for (const auto& draw : boundary.draws) {
+    size_t i = 1;
+    while (i + 1 < draw.size() && draw[i] >= 0) ++i;
+    places.push_back(static_cast<double>(i - 1) +
+                     static_cast<double>(draw[i - 1] / (draw[i - 1] - draw[i])));
+  }
+  return places;
+}
+
+// 30 trials a cell with A and with B, where 90 % is 1.6 cells earlier. With `common` the same lot
+// decides both trials of a pair: near the boundary these correlate by 0.7.
+struct TwoBoundaries {
+  TwoBoundaries(uint64_t seed, bool common) {
+    const Lattice lattice = LatticeOf(1, 41, Trend::kFalls);
+    const BoundarySearch search{.lattice = lattice};
+    std::vector<Tally> tallies_a(41), tallies_b(41);
+    Rng rng = SeedTree(seed).Stream("lots");
+    for (int cell = 0; cell < 41; ++cell)
+      for (int i = 0; i < 30; ++i) {
+        const auto rate = [&](double boundary) {
+          return Logistic(2.1972 - 0.4 * (cell - boundary));
+        };
+        const double lot = rng.Uniform(), other = rng.Uniform();
+        pairs.push_back({cell, lot < rate(20.2), (common ? lot : other) < rate(18.6)});
+        for (const auto& [tally, success] :
+             {std::pair{&tallies_a, pairs.back().a}, {&tallies_b, pairs.back().b}}) {
+          Tally& of = (*tally)[static_cast<size_t>(cell)];
+          ++of.trials, of.successes += success;
+        }
+      }
+    a = BoundaryOf(search, tallies_a);
+    b = BoundaryOf(search, tallies_b);
+  }
+  Difference Of(const std::vector<TrialPair>& known) const {
+    return DifferenceOf(a, PlacesOf(a), b, PlacesOf(b), known);
+  }
+
+  Boundary a, b;
+  std::vector<TrialPair> pairs;
+};
+
+// Fewer than 51 of 60 are held by chance once in 1000 where 95 % are. Pairs that have the lot in
+// common make the interval narrower.
+TEST(DifferenceOf, HoldsTheDifferenceAndIsNarrowerWherePairsHaveMuchInCommon) {
+  for (const bool common : {false, true}) {
+    int held = 0;
+    double width = 0, alone = 0, correlation = 0;
+    for (uint64_t seed = 0; seed < 60; ++seed) {
+      const TwoBoundaries two(seed, common);
+      const Difference paired = two.Of(two.pairs), independent = two.Of({});
+      EXPECT_EQ(independent.correlation, 0);
+      held += paired.low <= -1.6 && -1.6 <= paired.high;
+      width += paired.high - paired.low;
+      alone += independent.high - independent.low;
+      correlation += paired.correlation / 60;
+    }
+    EXPECT_GE(held, 51);
+    if (common)
+      EXPECT_LT(width, 0.8 * alone);
+    else
+      EXPECT_NEAR(width, alone, 0.1 * alone);
+    EXPECT_NEAR(correlation, common ? 0.6 : 0, common ? 0.35 : 0.1);
+  }
 }
 
 // ------------------------------------------------------------------------------------ the model
