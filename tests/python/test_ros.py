@@ -48,6 +48,8 @@ def spoil(what, answer):
     elif what == "nan_unused":
         (answer.pose.covariance.__setitem__(0, float("nan")) if hasattr(answer, "pose")
          else setattr(answer.wrench.torque, "x", float("inf")))
+    elif what == "levels":
+        answer.wrench.torque.x = answer.wrench.torque.y = 0.1
     elif what == "rounded":
         stamp.nanosec -= 1
     elif what == "huge":
@@ -76,6 +78,7 @@ class Played:
         spoil(self.what, answer)
         if self.what == "unstamped":
             self.heard.append((topics.UNSTAMPED, Twist()))
+            self.heard[-1][1].angular.y = 0.1
         elif self.what != "silent" or self.frames < 6:
             self.heard.append((topics.WRENCH if topic == topics.DESIRED else topics.ESTIMATE, answer))
 
@@ -144,7 +147,7 @@ def play(monkeypatch):
     ("controller", "frame", "/wrench from /odd: frame_id 'map', must be base_link$"),
     ("controller", "nan", "/wrench from /odd: wrench.force.x is not finite$"),
     ("controller", "nan_unused", "/wrench from /odd: wrench.torque.x is not finite$"),
-    ("controller", "huge", "/wrench from /odd: .* is beyond 1e.06$"),
+    ("controller", "huge", r"/wrench from /odd: surge is 1e\+07, must be in -1e\+06 to 1e\+06$"),
     ("controller", "two", "2 publish it: /odd, /other; one must"),
     ("controller", "late", "2 publish it: /odd, /other; one must"),
     ("controller", "intruder", "/odd also publishes /marker/desired, which the trial does"),
@@ -180,6 +183,23 @@ def test_a_launch_command_that_ended_is_named_with_its_output(play, tmp_path, la
         play("old", launch=launch, domain=91, first_answer_s=30, log=str(tmp_path))
 
 
+def test_without_nodes_it_says_where_to_start_them(play, monkeypatch):
+    monkeypatch.setattr(Played, "others", lambda _: [])
+    with pytest.raises(turbidock.NoAnswer, match="; nodes: none in ROS_DOMAIN_ID 93; start yours there, or say --launch$"):
+        play("silent", domain=93)
+
+
+@pytest.mark.parametrize("controller, what, problem", [
+    (turbidock.ros.WrenchController, "levels", "/wrench: torque.x, torque.y have no effect"),
+    (turbidock.ros.TwistController, "unstamped", "/cmd_vel_unstamped: angular.y has no effect"),
+])
+def test_what_has_no_effect_is_said_once(play, capfd, controller, what, problem):
+    play(what, controller)
+    assert capfd.readouterr().err.count(problem) == 1
+    play("right")
+    assert "no effect" not in capfd.readouterr().err
+
+
 def test_a_stamp_that_went_through_a_floating_point_number_is_that_of_its_frame(play):
     assert play("rounded").outcome == "timeout"
 
@@ -191,7 +211,8 @@ def test_a_velocity_without_a_stamp_counts_for_the_frame_that_is_waited_for(play
 @pytest.mark.parametrize("answer, names, value, problem", [
     ("thrusts", ["sway", "heave", "surge_left", "surge_right"], 0.5, None),
     ("volts", ["sway", "heave", "surge_left", "surge_right"], 3.5, None),
-    ("volts", ["sway", "heave", "surge_left", "surge_right"], 0.0, "thruster volts must be in 0 to 5, neutral 2.5, not -0.5"),
+    ("volts", ["sway", "heave", "surge_left", "surge_right"], 0.0, "/volts from /odd: heave is -0.5, must be in 0 to 5$"),
+    ("volts", ["sway", "heave", "surge_left", "surge_right"], 5.5, "/volts from /odd: surge_left is 5.5, must be in 0 to 5$"),
     ("thrusts", ["surge", "sway", "heave", "yaw"], 0.5, "/thrusts from /odd: has 4 efforts of surge, sway, heave, yaw; must be of each "
      "of surge_left, surge_right, sway, heave"),
     ("volts", ["sway"], 0.5, "/volts from /odd: has 1 efforts of sway; must be of each of surge_left"),

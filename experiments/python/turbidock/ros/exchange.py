@@ -127,6 +127,7 @@ class Link:
         self._trials = 0
         self._matched: set[Topic] = set()  # answers that somebody may give
         self._answered: set[Topic] = set()  # and has given
+        self._said: set[Topic] = set()  # answers of which something has no effect
         self._now = self._paused = self._steps = 0
         self._last: dict[str, str] = {}  # by topic: the stamp of the last answer that was not waited for
         self.by_hand = self.again = False  # whether the trial can be begun again and changed, and shall be
@@ -336,6 +337,14 @@ class Link:
         assert self._wire
         return _core.PluginError(f"{self._wire.names([topic])} from {', '.join(self._wire.writers(topic))}: {why}")
 
+    def say_once(self, topic: Topic, unused: str) -> None:
+        """That these numbers of an answer have no effect; nothing of none."""
+        if unused and topic not in self._said:
+            assert self._wire
+            self._said.add(topic)
+            print(f"turbidock-ros: {self._wire.names([topic])}: {unused} {'have' if ',' in unused else 'has'} no effect: roll and "
+                  "pitch are not steered", file=sys.stderr, flush=True)
+
     def require_finite(self, topic: Topic, message: Any) -> None:
         """PluginError for an answer that has a number which is not."""
         if name := wire.not_finite(message):
@@ -379,7 +388,8 @@ class Link:
     def _surroundings(self) -> str:
         assert self._wire
         problems = [*self._wire.mismatches(), *self._wire.elsewhere()]
-        return f"; nodes: {', '.join(self._wire.others()) or 'none'}" + "".join(f"; {problem}" for problem in problems)
+        none = "none" if self._stack.launch else f"none in ROS_DOMAIN_ID {self.domain}; start yours there, or say --launch"
+        return f"; nodes: {', '.join(self._wire.others()) or none}" + "".join(f"; {problem}" for problem in problems)
 
     def _output(self) -> str:
         if not self._nodes or not (tail := self._nodes.tail()):

@@ -17,7 +17,6 @@ from .topics import (ANSWERS, APPLIED, AXES, CONTROLLER, DESIRED, ESTIMATE, HEAD
 
 _NOT_SEEN = -0.2  # F of a marker that is not there, as in true_pose
 _SEEN = 0.9
-_MOST = 1e6  # what the core takes
 
 
 def _code(cls: type) -> str:
@@ -31,6 +30,7 @@ class _NodeController(Controller):
 
     pose_filter = False
     _answer, _nothing = "wrench", 0.0
+    _least, _most = -1e6, 1e6  # what the core takes
 
     @classmethod
     def _code(cls) -> str:
@@ -75,8 +75,10 @@ class _NodeController(Controller):
             numbers = wire.numbers_of(message, self._parts)
         except ValueError as error:
             raise self._link.wrong(topic, str(error)) from None
-        if not (np.abs(numbers) <= _MOST).all():
-            raise self._link.wrong(topic, f"{numbers} is beyond {_MOST:g}")
+        for part, number in zip(self._parts, numbers):
+            if not self._least <= number <= self._most:
+                raise self._link.wrong(topic, f"{part} is {number:g}, must be in {self._least:g} to {self._most:g}")
+        self._link.say_once(topic, wire.unused(message))
         frame = "" if not topic.frame else wire.frame_id(message)
         if frame != topic.frame:
             raise self._link.wrong(topic, f"frame_id '{frame}', must be {topic.frame}")
@@ -112,6 +114,7 @@ class VoltsController(_NodeController):
     """Answers with the voltage of each thruster."""
 
     name, asks_for, _answer, _nothing = "ros_volts", "thruster_volts", "volts", 2.5
+    _least, _most = 0.0, 5.0
 
 
 class TwistController(_NodeController):

@@ -382,9 +382,20 @@ def numbers_of(message: Any, thrusters: Sequence[str]) -> list[float]:
                              f"{', '.join(thrusters)}")
         efforts = dict(zip(message.name, message.effort))
         return [float(efforts[thruster]) for thruster in thrusters]
-    if hasattr(message, "wrench"):
-        linear, angular = message.wrench.force, message.wrench.torque
-    else:
-        both = getattr(message, "twist", message)
-        linear, angular = both.linear, both.angular
+    linear, angular, _ = _halves(message)
     return [linear.x, linear.y, linear.z, angular.z]
+
+
+def _halves(message: Any) -> tuple[Any, Any, str]:
+    if hasattr(message, "wrench"):
+        return message.wrench.force, message.wrench.torque, "torque"
+    both = getattr(message, "twist", message)
+    return both.linear, both.angular, "angular"
+
+
+def unused(message: Any) -> str:
+    """Names of an answer's numbers that are not zero and that nobody uses; empty without any."""
+    if hasattr(message, "effort"):
+        return ""
+    _, angular, name = _halves(message)
+    return ", ".join(f"{name}.{axis}" for axis in "xy" if getattr(angular, axis))
