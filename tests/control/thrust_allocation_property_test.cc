@@ -369,8 +369,10 @@ TEST(ForceAllocation, FailedThrustersDropOut) {
   EXPECT_EQ(allocation.authority()[kSway], (4.9 + 4.41) / 2);  // of the sound vehicle
   // A weak one is driven harder.
   published.thrusters[2].effectiveness = 0.5;
-  const Allocated weak = ForceAllocation(kNoRamp, published).Share({0, 1, 0, 0});
+  const ForceAllocation halved(kNoRamp, published);
+  const Allocated weak = halved.Share({0, 1, 0, 0});
   EXPECT_NEAR(0.5 * published.thrusters[2].curve.Thrust(weak.command.volts[2]), 1, 1e-12);
+  EXPECT_NEAR((halved.GivenBy(weak.command) - Axes(0, 1, 0, 0)).norm(), 0, 1e-9);
 }
 
 TEST(ForceAllocation, AVehicleThatCannotPushAlongAnAxisIsRefusedByItsName) {
