@@ -61,6 +61,7 @@ void PrintVersions() {
 }
 
 int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {
+  system::SetProgramName(std::filesystem::path(argv[0]).filename().string());
   command::CommandLine line(
       "turbidock", "Headless closed-loop docking trials of a stereo-vision ROV in turbid water.",
       plugins);

@@ -9,6 +9,7 @@
 #include "experiments/batch/summary.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/report/report_json.h"
+#include "experiments/system/build_info.h"
 #include "experiments/system/plain_text.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/trial_view.h"
@@ -57,7 +58,7 @@ Json ColumnsOf(const std::vector<StoredTrial>& trials) {
 
 // The trial again; its number comes behind.
 std::string ReplayOf(const std::string& file) {
-  return "turbidock replay " + system::ShellWord(file);
+  return system::ProgramName() + " replay " + system::ShellWord(file);
 }
 
 // What is shown beside the name of a failure.

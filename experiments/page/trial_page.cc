@@ -12,6 +12,7 @@
 
 #include "experiments/report/report_json.h"
 #include "experiments/system/base64.h"
+#include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 #include "experiments/trial/trace_panels.h"
@@ -197,10 +198,11 @@ Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
     throw ConfigError(result + ": is no trial's result");
   const auto series = trial::Series::FromCsv(system::ReadWhole(trajectory), trajectory);
   report::Report report = trial::ReportOf(scenario, record, series);
-  report.sections.push_back({.title = "Again",
-                             .commands = {{"The same trial again, filmed",
-                                           fmt::format("turbidock run {} --out again --video",
-                                                       system::ShellWord(resolved))}}});
+  report.sections.push_back(
+      {.title = "Again",
+       .commands = {{"The same trial again, filmed",
+                     fmt::format("{} run {} --out again --video", system::ProgramName(),
+                                 system::ShellWord(resolved))}}});
   Page page;
   page.model = TrialModel(scenario);
   for (const Json& sentence : page.model["missing"]) report.missing.push_back(sentence);

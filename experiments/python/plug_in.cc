@@ -169,14 +169,14 @@ class PythonController final : public control::Controller {
                    const control::VehicleModel& vehicle, double frame_s,
                    const std::string& asks_for, bool observes, bool hears)
       : gives_volts_(asks_for == "thruster_volts"), observes_(observes), hears_(hears) {
-    std::vector<std::string> names;
-    for (const control::ThrusterModel& thruster : vehicle.thrusters) names.push_back(thruster.name);
+    for (const control::ThrusterModel& thruster : vehicle.thrusters)
+      names_.push_back(thruster.name);
     if (gives_volts_ || asks_for == "thrusts") {
       thrusters_.emplace(std::get<control::ForceAllocationParams>(params.allocation), vehicle,
                          /*may_lack_axes=*/true);
-      rule_ = fmt::format("demand() must give {} numbers up to 1e6, {}", names.size(),
-                          fmt::join(names, ", "));
-      command_ = ThrusterCommand::Neutral(names.size());
+      rule_ = fmt::format("demand() must give {} numbers up to 1e6, {}", names_.size(),
+                          fmt::join(names_, ", "));
+      command_ = ThrusterCommand::Neutral(names_.size());
     }
     Call([&] {
       py::object self = params.Instance(make);
@@ -187,8 +187,8 @@ class PythonController final : public control::Controller {
           py::dict(py::arg("inertia") = python::Copy(vehicle.inertia),
                    py::arg("linear_damping") = python::Copy(vehicle.linear_damping),
                    py::arg("quadratic_damping") = python::Copy(vehicle.quadratic_damping),
-                   py::arg("thruster_lag_s") = vehicle.thruster_lag_s, py::arg("thrusters") = names,
-                   py::arg("head_ahead_m") = vehicle.head_ahead_m);
+                   py::arg("thruster_lag_s") = vehicle.thruster_lag_s,
+                   py::arg("thrusters") = names_, py::arg("head_ahead_m") = vehicle.head_ahead_m);
       self.attr("start")();
       self_ = Hold(std::move(self));
     });
@@ -206,11 +206,12 @@ class PythonController final : public control::Controller {
     if (!thrusters_) return asked;
     PerThruster numbers(asked.begin(), asked.end());
     if (!gives_volts_) numbers = thrusters_->CommandOf(numbers).volts;
-    for (const double volts : numbers)
-      if (volts < 0 || volts > kMaxVolts)
+    for (size_t i = 0; i < numbers.size(); ++i)
+      if (numbers[i] < 0 || numbers[i] > kMaxVolts)
         throw std::runtime_error(
-            fmt::format("thruster volts must be in 0 to {}, neutral {}, not {}", kMaxVolts,
-                        kNeutralVolts, volts));
+            fmt::format("{}: thruster volts must be in 0 to {}, neutral {}, "
+                        "not {}",
+                        names_[i], kMaxVolts, kNeutralVolts, numbers[i]));
     command_.volts = numbers;
     return thrusters_->GivenBy(command_);
   }
@@ -232,6 +233,7 @@ class PythonController final : public control::Controller {
   control::Observation seen_;
   std::optional<control::ForceAllocation> thrusters_;  // of one that commands them itself
   ThrusterCommand command_;
+  std::vector<std::string> names_;  // of the vehicle's thrusters
   std::string rule_ = "demand() must give four numbers up to 1e6, surge, sway, heave, yaw";
   bool gives_volts_, observes_, hears_;
 };

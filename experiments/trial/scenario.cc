@@ -265,12 +265,32 @@ Scenario PresetsOf(const Scenario& scenario) {
   return before;
 }
 
+namespace {
+
+// A controller or an estimator that only another program has is said alone, without its keys.
+void RequirePlugins(const config::YamlNode& file, const Plugins& plugins) {
+  const auto require = [&file](const char* key, const std::vector<std::string>& known) {
+    const auto chosen = file.Find(key);
+    const std::string name = chosen ? chosen->Text().value_or("") : "";
+    if (!name.empty() && file.Find(name) && std::ranges::count(known, name) == 0)
+      throw ConfigError(fmt::format(
+          "{}{} = '{}', must be one of {}; the program that wrote it (turbidock-ros for nodes of "
+          "ROS, Python, or one of your own) has it",
+          chosen->Where(), key, name, fmt::join(known, ", ")));
+  };
+  require("controller", plugins.controllers());
+  require("pose_estimator", plugins.estimators());
+}
+
+}  // namespace
+
 Scenario LoadScenario(const std::string& name, const std::vector<config::Assignment>& given,
                       const Plugins& plugins) {
   const config::YamlNode file =
       config::LoadYaml(config::FindBundled("scenarios", "scenario", name));
   if (file.Find("scenario"))
     throw ConfigError(file.file + ": is a plan, no scenario; turbidock batch runs it");
+  RequirePlugins(file, plugins);
   for (const char* key : kRequired)
     if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
   std::vector<config::Assignment> layers = {{"", file}};
@@ -296,7 +316,9 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
 Scenario ParseScenario(const std::string& text, const std::string& name, const Plugins& plugins) {
   Scenario scenario;
   scenario.plugins = plugins.WithDefaults();
-  config::ReadResolved(config::ParseYaml(text, name), &scenario);
+  const config::YamlNode file = config::ParseYaml(text, name);
+  RequirePlugins(file, plugins);
+  config::ReadResolved(file, &scenario);
   return scenario;
 }
 

@@ -164,14 +164,15 @@ def test_a_gate_fails_the_example_with_a_wrong_sign_and_replays_a_trial(gate, tm
     said(ros("gate", gate, "--workers", 2, "--quiet", "--out", tmp_path / "judged", "--bundles", 1, "--answer", "wrench",
              launch=controller("--ros-args", "-p", "sign:=-1.0"), environment=nothing_is_left), 1)
     assert [folder for folder in (tmp_path / "judged/failures").iterdir() if (folder / "result.json").exists()]
+    assert "turbidock-ros replay " in (tmp_path / "judged/summary.json").read_text()
 
 
 def test_a_baseline_may_be_that_of_the_nodes(gate, tmp_path, nothing_is_left):
     own = tmp_path / "gate.yaml"
     own.write_text(gate.read_text().replace("seeds: 12", "seeds: 3"))
-    for more in (["--update"], ["--out", tmp_path / "judged"]):
+    for code, more in ((0, ["--update"]), (3, ["--out", tmp_path / "judged"])):  # three are too few for a verdict
         said(ros("gate", own, "--workers", 2, "--quiet", "--answer", "wrench", *more, launch=controller(),
-                 environment=nothing_is_left), 0)
+                 environment=nothing_is_left), code)
     baseline = (tmp_path / "gate.baseline.yaml").read_text()
     digests = re.findall('outcome: success.*digest: "(.*)"', baseline)
     assert len(digests) == 3

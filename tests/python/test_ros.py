@@ -4,6 +4,7 @@ ros_trials.py has those that take long."""
 import json
 import os
 import re
+import subprocess
 import sys
 import time
 
@@ -15,6 +16,7 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, Twi
 import turbidock
 from ros_command import (EXAMPLES, HERE, P_VOLTAGE, PAPER, built_in, nothing_is_left, plan, processes, ros,  # noqa: F401: fixtures
                          said, wait_until)
+from turbidock._program import PROGRAM
 from turbidock.ros import by_hand, command, exchange, nodes, plug_ins, topics, wire
 
 QUICK = {"pose_source": "true_pose", "true_pose.found_after_s": 0, "duration_s": 1}
@@ -314,6 +316,12 @@ def test_a_middleware_that_is_not_there_is_refused():
     assert re.fullmatch(r".*: RMW_IMPLEMENTATION=rmw_none_cpp: the rclpy of .*python.* cannot be loaded with it\n", words)
 
 
+def test_a_baseline_that_is_not_there_is_made_by_the_same_program(tmp_path):
+    (tmp_path / "gate.yaml").write_text("schema_version: 1\nscenario: pool_active\nseeds: 3\ngate: {baseline: none.yaml}\n")
+    words = said(ros("gate", tmp_path / "gate.yaml", "--answer", "wrench", launch="sleep 9"), 2)
+    assert "there is no baseline; `turbidock-ros gate GATE.yaml --update` makes it" in words
+
+
 def test_a_domain_in_use_is_refused(play):
     with exchange._claim(97), pytest.raises(turbidock.PluginError, match="ROS_DOMAIN_ID 97 is in use by another trial"):
         play("right", launch="sleep 9", domain=97)
@@ -424,6 +432,8 @@ def test_workers_do_not_hear_each_other_and_a_node_that_is_killed_ends_its_trial
     assert sorted(theirs["digest"] == ours["digest"]) == [False, True, True, True]
     assert sorted(theirs["outcome"])[0] == "no_answer" and "crashed" not in list(theirs["outcome"])
     assert len(list((tmp_path / "ros.nodes").iterdir())) == 4
+    plain = subprocess.run([PROGRAM, "replay", tmp_path / "ros.db", "0"], capture_output=True, text=True, check=False)
+    assert re.fullmatch(r"turbidock: .*: controller = 'ros_volts', must be one of p_voltage, .* \(turbidock-ros .*\n", said(plain, 2))
 
 
 def test_the_examples_dock(nothing_is_left):

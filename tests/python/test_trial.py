@@ -346,7 +346,7 @@ def test_thrusters_that_are_commanded_one_by_one():
     assert (trial.frame.command_v == 4.875).all()  # where the T200's table ends
     with pytest.raises(ValueError, match=f"step.. takes {len(names)} numbers, {names[0]}, "):
         trial.step([0, 0, 0, 0])
-    with pytest.raises(turbidock.PluginError, match="thruster volts must be in 0 to 5, neutral 2.5, not -0.1"):
+    with pytest.raises(turbidock.PluginError, match=f"{names[0]}: thruster volts must be in 0 to 5, neutral 2.5, not -0.1"):
         trial = steered("thruster_volts")
         while True:
             trial.step([-0.1] * len(names))

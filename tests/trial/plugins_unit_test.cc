@@ -23,6 +23,7 @@ namespace turbidock::trial {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
 using turbidock::testing::MessageOf;
 
 constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
@@ -232,8 +233,13 @@ TEST(Plugins, AreSavedAndReadAgainWithTheirScenario) {
   EXPECT_EQ(SaveScenario(again), text);
   EXPECT_EQ(RunTrial(again).digest, RunTrial(scenario).digest);
   // a program without them says so
-  EXPECT_THAT(MessageOf([&] { ParseScenario(text, "resolved.yaml"); }),
-              HasSubstr("controller = 'copied', must be one of p_voltage, pid, lqg, playback"));
+  EXPECT_THAT(
+      MessageOf([&] { ParseScenario(text, "resolved.yaml"); }),
+      MatchesRegex("resolved.yaml:[0-9]+: controller = 'copied', must be one of p_voltage, "
+                   "pid, lqg, playback; the program that wrote it .turbidock-ros .* has it"));
+  const Scenario other = Load({"pose_estimator=wrapped"});
+  EXPECT_THAT(MessageOf([&] { ParseScenario(SaveScenario(other), "resolved.yaml"); }),
+              MatchesRegex("resolved.yaml:[0-9]+: pose_estimator = 'wrapped', must be .* has it"));
 }
 
 TEST(Plugins, TheirKeysAreAsStrictAsOurs) {

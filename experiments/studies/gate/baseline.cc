@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "experiments/config/yaml_fields.h"
+#include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 #include "sim/base/digest.h"
@@ -54,8 +55,9 @@ std::string BaselineText(const Baseline& baseline) {
 
 Baseline LoadBaseline(const std::string& file) {
   if (const std::string why = system::WhyUnreadable(file); !why.empty())
-    throw ConfigError(file + ": " + why +
-                      ": there is no baseline; `turbidock gate GATE.yaml --update` makes it");
+    throw ConfigError(
+        fmt::format("{}: {}: there is no baseline; `{} gate GATE.yaml --update` makes it", file,
+                    why, system::ProgramName()));
   Baseline baseline;
   try {
     baseline = config::LoadLayers<Baseline>({file}, {});

@@ -143,9 +143,10 @@ TEST_F(GateProgram, OptionsThatDoNotGoTogetherAreRefused) {
     EXPECT_EQ(end.out, "");
     EXPECT_THAT(end.err, HasSubstr(" excludes "));
   }
-  const ProgramEnd other = RunProgram({"gate", gate_, "--update", "--set", "seed=1"});
+  const ProgramEnd other = RunProgram({"gate", gate_, "--update", "--set", "duration_s=1"});
   EXPECT_EQ(other.exit_code, 2) << other.err;
-  EXPECT_THAT(other.err, HasSubstr("--set seed=1: with --update it must be one of controller, "));
+  EXPECT_THAT(other.err,
+              HasSubstr("--set duration_s=1: with --update it must be one of controller, "));
   EXPECT_FALSE(fs::exists(folder_ / "gate.baseline.yaml"));
 }
 
@@ -184,7 +185,7 @@ TEST_F(GateProgram, WhatCannotBeJudgedNeverPasses) {
   };
   expect(2, {"gate"}, "gate is required");
   expect(2, {"gate", "none.yaml"}, "none.yaml");
-  expect(2, {"gate", gate_}, "there is no baseline");
+  expect(2, {"gate", gate_}, "there is no baseline; `turbidock gate GATE.yaml --update` makes it");
   expect(2, {"gate", "--plan-size"}, "gate --plan-size is gone; now: gate GATE.yaml");
 
   // a baseline of two trials, so that the rest is quick

@@ -143,7 +143,7 @@ def main() -> None:
     if command == "mcap":
         of_extra("logs.mcap_out", "logs").main(arguments[1:], ours)
         return exchange.close()
-    code = _core.main(["turbidock", *arguments], plugins_of(ours, kept=bool(own.nodes_version)))
+    code = _core.main(["turbidock-ros", *arguments], plugins_of(ours, kept=bool(own.nodes_version)))
     exchange.close()
     sys.stdout.flush()
     sys.exit(code)
