@@ -1,7 +1,9 @@
 #include "sim/view/stereo_renderer.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <span>
 #include <string>
 
 #include "sim/base/check.h"
@@ -18,6 +20,15 @@ float NearPlane(const mjModel& m) { return static_cast<float>(m.vis.map.znear * 
 // near / depth to depth; 0, where there is nothing, to infinity.
 TURBIDOCK_VECTOR_CLONES void DepthFromNearness(float near_m, int count, float* values) {
   for (int i = 0; i < count; ++i) values[i] = near_m / values[i];
+}
+
+// What a region has besides a part of it.
+std::array<PixelRegion, 4> Beside(const PixelRegion& part, const PixelRegion& region) {
+  if (part.empty()) return {region};
+  return {{{region.column_begin, region.row_begin, region.column_end, part.row_begin},
+           {region.column_begin, part.row_end, region.column_end, region.row_end},
+           {region.column_begin, part.row_begin, part.column_begin, part.row_end},
+           {part.column_end, part.row_begin, region.column_end, part.row_end}}};
 }
 
 }  // namespace
@@ -47,8 +58,9 @@ void StereoRenderer::Render(const mjData& data, const StereoRegion& region, Rend
   for (const Side side : kSides) {
     if (region[side].empty()) continue;
     const MountedCamera& camera = scene_.rig[side];
-    lister_.List(data, placed_, camera, out->X_WH * camera.X_HC, region[side], &list_);
-    canvas_.Draw(static_cast<int>(side), region[side], list_);
+    SurfaceList& list = lists_[side];
+    lister_.List(data, placed_, camera, out->X_WH * camera.X_HC, region[side], &list);
+    if (!list.drawn.empty()) canvas_.Draw(static_cast<int>(side), list.drawn, list);
   }
   if (timer) canvas_.Finish();
   Lap(timer, LoopStage::kRender);
@@ -62,7 +74,24 @@ void StereoRenderer::Read(Side side, const PixelRegion& region, RenderedView* ou
   out->surface.Resize(canvas_.width_px(), canvas_.height_px());
   out->depth_m.Resize(canvas_.width_px(), canvas_.height_px());
   if (region.empty()) return;
-  canvas_.Read(static_cast<int>(side), region, &out->surface, &out->depth_m);
+  const SurfaceList& list = lists_[side];
+  std::span<const SeenPlane> planes = list.planes;
+  // what OpenGL has drawn nothing of is a plane or nothing
+  for (const PixelRegion& part : Beside(list.drawn, region)) {
+    if (!planes.empty()) {
+      PaintPlane(planes[0], part, Onto::kNothing, &out->surface, &out->depth_m);
+      continue;
+    }
+    for (int v = part.row_begin; v < part.row_end; ++v) {
+      std::fill_n(out->surface.at(part.column_begin, v), part.width(), uint16_t{0});
+      std::fill_n(out->depth_m.at(part.column_begin, v), part.width(), 0.0f);
+    }
+  }
+  if (!list.drawn.empty())
+    canvas_.Read(static_cast<int>(side), list.drawn, &out->surface, &out->depth_m);
+  for (size_t i = 0; i < planes.size(); ++i)
+    PaintPlane(planes[i], i == 0 ? list.drawn : region, Onto::kWhatIsThere, &out->surface,
+               &out->depth_m);
   for (int v = region.row_begin; v < region.row_end; ++v)
     DepthFromNearness(near_m_, region.width(), out->depth_m.at(region.column_begin, v));
 }

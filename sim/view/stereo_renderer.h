@@ -47,7 +47,7 @@ class StereoRenderer {
   SurfaceLister lister_;
   SurfaceCanvas canvas_;
   std::vector<PlacedDistractor> placed_;
-  SurfaceList list_;
+  Stereo<SurfaceList> lists_;
 };
 
 // A lit, antialiased picture with MuJoCo's own lights, textures and fog: for videos, not for

@@ -1,5 +1,6 @@
 #pragma once
-// What a camera may see of a scene, as triangles and balls ready for sim/view/surface_canvas.h.
+// What a camera may see of a scene: triangles and balls ready for sim/view/surface_canvas.h, and
+// planes for sim/view/seen_plane.h.
 
 #include <mujoco/mujoco.h>
 
@@ -14,6 +15,7 @@
 #include "sim/base/pose.h"
 #include "sim/view/distractors.h"
 #include "sim/view/geom_mesh.h"
+#include "sim/view/seen_plane.h"
 
 namespace turbidock::view {
 
@@ -37,6 +39,10 @@ struct SurfaceList {
   std::vector<uint32_t> triangles;  // three corners each, counter-clockwise seen from outside
   std::vector<BallCorner> ball_corners;
   std::vector<uint32_t> ball_triangles;
+  // Part of the region outside of which no triangle or ball is seen; empty if none is.
+  PixelRegion drawn;
+
+  std::vector<SeenPlane> planes;
 };
 
 class SurfaceLister {
@@ -55,9 +61,9 @@ class SurfaceLister {
  private:
   struct Drawn {
     int geom;
-    bool ball;
+    bool ball, plane;
     double bounding_radius_m;  // around the geom's origin
-    GeomMesh mesh;             // empty for a ball
+    GeomMesh mesh;             // a plane's corners; empty for a ball
   };
 
   float near_m_;
