@@ -36,18 +36,22 @@ template <int kTerms, bool kFirst>
   }
 }
 
+// The first terms in one pass, for which the compiler must know how many they are.
+constexpr int kMostAtOnce = 8;
+
+template <int kTerms = kMostAtOnce>
+[[gnu::always_inline]] inline void AddFirstTerms(int terms, const float* kernel, int count,
+                                                 const float* in, float* out) {
+  if (terms >= kTerms) return AddTerms<kTerms, true>(kernel, 1, count, in, out);
+  if constexpr (kTerms > 0) AddFirstTerms<kTerms - 1>(terms, kernel, count, in, out);
+}
+
 TURBIDOCK_VECTOR_CLONES
 void Smooth(std::span<const float> kernel, int count, const float* in, float* out) {
-  const int size = static_cast<int>(kernel.size());
-  int k = 1;
-  if (k + 4 <= size) {
-    AddTerms<4, true>(kernel.data(), k, count, in, out);
-    k += 4;
-  } else {
-    AddTerms<0, true>(kernel.data(), k, count, in, out);
-  }
-  for (; k + 4 <= size; k += 4) AddTerms<4, false>(kernel.data(), k, count, in, out);
-  for (; k < size; ++k) AddTerms<1, false>(kernel.data(), k, count, in, out);
+  const int terms = static_cast<int>(kernel.size()) - 1;
+  AddFirstTerms(terms, kernel.data(), count, in, out);
+  for (int k = kMostAtOnce + 1; k <= terms; ++k)
+    AddTerms<1, false>(kernel.data(), k, count, in, out);
 }
 
 // What becomes of pixels once their colour is blurred.

@@ -61,7 +61,6 @@ struct TableComparison {
     std::optional<double> ratio() const;
   };
   std::map<double, Loss> loss_by_distance_m = {};
-  std::map<double, double> rmse_by_distance_m = {};
   // Simulated minus published mean F where the published marker is lost for certain: at more than
   // 1.2 times its turbidity limit. Nothing where there is no such cell.
   std::optional<double> lost_fitness_error = {};
