@@ -47,8 +47,10 @@ const std::map<std::string, Weights> kTraffic = {
     {", accesses", {{"Dr", 1}, {"Dw", 1}}},
     {", bytes",
      {{"ILmr", 64}, {"DLmr", 64}, {"DLmw", 64}, {"ILdmr", 64}, {"DLdmr", 64}, {"DLdmw", 64}}}};
-constexpr double kShort_s = 0.2, kLong_s = 0.7;
-constexpr int kFrames = 15;  // between the two
+constexpr double kDuration_s = 0.7;
+// The last of them are counted, from one call of this function to the next.
+constexpr int kFrames = 15;
+constexpr const char* kOnceAFrame = "turbidock::control::Autopilot::Update(*";
 
 const char* StageOf(std::string_view function) {
   for (const auto& [stage, name] : kFunctions)
@@ -80,12 +82,14 @@ double Cost(std::string_view numbers, const std::vector<double>& weights) {
   return cost;
 }
 
-// callgrind's file of a trial.
-std::string CountTrial(const std::vector<std::string>& run, double duration_s, bool traffic) {
-  const std::filesystem::path file =
+// callgrind's files of a trial's last frames, one after the other.
+std::string CountTrial(const std::vector<std::string>& run, bool traffic) {
+  const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / fmt::format("turbidock-{}.callgrind", getpid());
+  std::filesystem::create_directories(folder);
   std::vector<std::string> command = {"valgrind", "--tool=callgrind",
-                                      "--callgrind-out-file=" + file.string()};
+                                      fmt::format("--dump-before={}", kOnceAFrame),
+                                      "--callgrind-out-file=" + (folder / "part").string()};
   if (traffic)  // a core's own caches of a common size
     for (const char* argument : {"--cache-sim=yes", "--simulate-wb=yes", "--I1=32768,8,64",
                                  "--D1=32768,8,64", "--LL=2097152,16,64"})
@@ -95,13 +99,18 @@ std::string CountTrial(const std::vector<std::string>& run, double duration_s, b
   command.insert(command.end(), run.begin(), run.end());
   for (const std::string& argument :
        {std::string("--quiet"), std::string("--seed"), std::string("5"), std::string("--set"),
-        fmt::format("duration_s={}", duration_s)})
+        fmt::format("duration_s={}", kDuration_s)})
     command.push_back(argument);
   system::Subprocess(command, "valgrind").Finish();
-  std::stringstream text;
-  text << std::ifstream(file).rdbuf();
-  std::filesystem::remove(file);
-  return text.str();
+  // part.N ends at the N-th call; what comes after the last one is in `part`
+  int calls = 0;
+  const auto part = [&](int number) { return folder / fmt::format("part.{}", number); };
+  while (std::filesystem::exists(part(calls + 1))) ++calls;
+  std::string frames;
+  for (int number = calls - kFrames + 1; number <= calls; ++number)
+    frames += system::ReadWhole(part(number));
+  std::filesystem::remove_all(folder);
+  return frames;
 }
 
 std::vector<std::string> Cells(const std::string& line) {
@@ -138,7 +147,7 @@ Stages CountStages(const std::string& callgrind_text, const Weights& weights) {
     } else if (line.starts_with("calls=")) {
       call = true;
     } else if (line.starts_with("totals: ")) {
-      stages["frame"] = Cost(line.substr(8), of_event);
+      stages["frame"] += Cost(line.substr(8), of_event);
     } else if (std::exchange(call, false)) {
       const char* stage = StageOf(callee);
       const char* within = StageOf(caller);
@@ -160,15 +169,12 @@ Stages CountStages(const std::string& callgrind_text, const Weights& weights) {
 
 Instructions CountInstructions(bool traffic) {
   Instructions counted;
-  CountTrial(kRuns.begin()->second, kShort_s, false);  // fills Mesa's cache of shaders
+  CountTrial(kRuns.begin()->second, false);  // fills Mesa's cache of shaders
   for (const auto& [column, run] : kRuns) {
-    const std::string shorter = CountTrial(run, kShort_s, traffic);
-    const std::string longer = CountTrial(run, kLong_s, traffic);
-    for (const auto& [what, weights] : traffic ? kTraffic : kInstructions) {
-      const Stages before = CountStages(shorter, weights);
-      for (const auto& [stage, number] : CountStages(longer, weights))
-        counted[column + what][stage] = (number - before.at(stage)) / kFrames;
-    }
+    const std::string frames = CountTrial(run, traffic);
+    for (const auto& [what, weights] : traffic ? kTraffic : kInstructions)
+      for (const auto& [stage, number] : CountStages(frames, weights))
+        counted[column + what][stage] = number / kFrames;
   }
   return counted;
 }

@@ -1,8 +1,8 @@
 #pragma once
 // What a frame of the closed loop takes in instructions, stage by stage, under valgrind's
 // callgrind: the same on every machine whose processor has AVX2, however loaded it is, so that they
-// can be compared with a table of theirs. Of two trials of this program, one longer than the other,
-// the difference. valgrind counts what `rep movs` and `rep stos` write by the element.
+// can be compared with a table of theirs. Of the last frames of a short trial. valgrind counts what
+// `rep movs` and `rep stos` write by the element.
 // Or, of the same trials and stages, traffic: accesses to data, and the bytes that go between
 // memory and valgrind's model of a core's caches.
 
@@ -25,8 +25,8 @@ using Instructions = std::map<std::string, std::map<std::string, double>>;
 // What each of callgrind's events counts for.
 using Weights = std::map<std::string, double>;
 
-// By stage, of all of a trial, from callgrind's file. ConfigError when a stage's function is not in
-// it.
+// By stage, of all that callgrind's files hold, one after the other. ConfigError when a stage's
+// function is in none.
 std::map<std::string, double> CountStages(const std::string& callgrind_text,
                                           const Weights& weights = {{"Ir", 1}});
 
