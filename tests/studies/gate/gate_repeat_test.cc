@@ -84,26 +84,25 @@ TEST_F(GateRepeat, StopsAndWorkersDoNotShowInTheVerdict) {
     const std::string expected = Judge(baseline, assignments, {.jobs = {.workers = 1}}, nullptr);
     EXPECT_THAT(expected, StartsWith(assignments.empty() ? "{\n  \"verdict\": \"pass\""
                                                          : "{\n  \"verdict\": \"fail\""));
-    for (const int workers : {1, 2})
-      for (const int64_t stop_after : {1, 3, 8}) {
-        std::string judged;
-        for (int rounds = 0; judged.empty(); ++rounds) {
-          ASSERT_LT(rounds, 60);
-          batch::ResultStore store = Open("trials.db", assignments);
-          int64_t run = 0;
-          try {
-            judged = Judge(baseline, assignments,
-                           {.jobs = {.workers = workers},
-                            .on_trial = [&](const batch::StoredTrial&) { ++run; },
-                            .stop_requested = [&] { return run >= stop_after; }},
-                           &store);
-          } catch (const batch::Stopped&) {
-            EXPECT_GE(run, stop_after);
-          }
+    for (const auto& [workers, stop_after] : {std::pair{1, 3}, std::pair{2, 1}, std::pair{2, 8}}) {
+      std::string judged;
+      for (int rounds = 0; judged.empty(); ++rounds) {
+        ASSERT_LT(rounds, 60);
+        batch::ResultStore store = Open("trials.db", assignments);
+        int64_t run = 0;
+        try {
+          judged = Judge(baseline, assignments,
+                         {.jobs = {.workers = workers},
+                          .on_trial = [&](const batch::StoredTrial&) { ++run; },
+                          .stop_requested = [&, most = stop_after] { return run >= most; }},
+                         &store);
+        } catch (const batch::Stopped&) {
+          EXPECT_GE(run, stop_after);
         }
-        EXPECT_EQ(judged, expected) << workers << " workers, stopped after " << stop_after;
-        fs::remove(File("trials.db"));
       }
+      EXPECT_EQ(judged, expected) << workers << " workers, stopped after " << stop_after;
+      fs::remove(File("trials.db"));
+    }
   }
   EXPECT_THAT(said_, IsEmpty());
 }

@@ -2,8 +2,14 @@
 // Not asserted is what is missed (assets/measured/recognition.md): both ends at 800 mm, which the
 // optics were not calibrated to, and the passive marker's at 1000 mm to a tenth.
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iterator>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "experiments/config/data_files.h"
 #include "experiments/studies/recognition/recognition.h"
@@ -13,16 +19,27 @@
 namespace turbidock::recognition {
 namespace {
 
+// Every other step of milk, from the last one on: the whole table takes minutes.
 TableComparison CompareWithPublished(MarkerKind marker) {
+  std::set<double> milks_ml_m3;
+  for (const TableRow& row : PublishedTable(marker)) milks_ml_m3.insert(row.cell.milk_ml_m3);
+  std::vector<double> chosen_ml_m3;
+  for (auto milk = milks_ml_m3.begin(); milk != milks_ml_m3.end(); ++milk)
+    if (std::distance(milk, milks_ml_m3.end()) % 2 == 1) chosen_ml_m3.push_back(*milk);
+  std::vector<TableRow> table;
+  for (const TableRow& row : PublishedTable(marker))
+    if (std::ranges::count(chosen_ml_m3, row.cell.milk_ml_m3) > 0) table.push_back(row);
+
   const std::string file =
       config::AssetPath(fmt::format("plans/recognition_{}.yaml", NameOf(marker)));
   std::string text = system::ReadWhole(file);
   const size_t at = text.find("  600 mm: ");  // which no table has
   text.erase(at, text.find('\n', at) + 1 - at);
+  const size_t list = text.find('[', text.find("water.milk_ml_m3:"));
+  text.replace(list, text.find(']', list) + 1 - list, fmt::format("{}", chosen_ml_m3));
   const batch::Plan plan(text, file);
-  EXPECT_EQ(plan.trials(), std::ssize(PublishedTable(marker)));
-  return Compare(Recognize(plan, {.seconds = 1, .jobs = {.workers = 2}}), PublishedTable(marker))
-      .value();
+  EXPECT_EQ(plan.trials(), std::ssize(table));
+  return Compare(Recognize(plan, {.seconds = 1, .jobs = {.workers = 2}}), table).value();
 }
 
 void ExpectAreasAndLoss(const TableComparison& c, double least_areas, double accepted_loss) {
