@@ -226,7 +226,7 @@ std::vector<std::string> Grown(const Instructions& now, const Instructions& tabl
       if (of_column == table.end() || !of_column->second.contains(stage)) continue;
       const double least = of_column->second.at("frame") / 100;
       if (number > (1 + kAllowedGrowth) * std::max(of_column->second.at(stage), least))
-        grown.push_back(column + ": " + stage);
+        grown.push_back(fmt::format("{}: {}", column, stage));
     }
   return grown;
 }
