@@ -209,9 +209,8 @@ class PythonController final : public control::Controller {
     for (size_t i = 0; i < numbers.size(); ++i)
       if (numbers[i] < 0 || numbers[i] > kMaxVolts)
         throw std::runtime_error(
-            fmt::format("{}: thruster volts must be in 0 to {}, neutral {}, "
-                        "not {}",
-                        names_[i], kMaxVolts, kNeutralVolts, numbers[i]));
+            fmt::format("{}: thruster volts must be in 0 to {}, neutral {}, not {}", names_[i],
+                        kMaxVolts, kNeutralVolts, numbers[i]));
     command_.volts = numbers;
     return thrusters_->GivenBy(command_);
   }

@@ -63,7 +63,7 @@ class SurfaceLister {
     int geom;
     bool ball, plane;
     double bounding_radius_m;  // around the geom's origin
-    GeomMesh mesh;             // a plane's corners; empty for a ball
+    GeomMesh mesh;             // empty for a ball; of a plane corner 2 tells its half size
   };
 
   float near_m_;

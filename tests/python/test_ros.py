@@ -300,7 +300,7 @@ def test_a_batch_that_cannot_go_on_says_so_before(capsys):
     for words, says in (([], True), (["--quiet"], False), (["--nodes-version", "1"], False)):
         own, rest = command._parser().parse_known_args(["batch", "a.yaml", "--answer", "wrench", "--launch", "x", *words])
         command._arguments_of("batch", rest, own)
-        assert ("without --nodes-version no later call goes on" in capsys.readouterr().err) == says
+        assert ("without --nodes-version this batch cannot be resumed" in capsys.readouterr().err) == says
 
 
 @pytest.mark.parametrize("domain", ["abc", "-1", "233", "1.5"])

@@ -84,11 +84,25 @@ TEST(SeenPlane, IsWhatRaysMeet) {
         const bool nearest = met && hit.nearness > 0.01;
         if (met && std::abs(hit.nearness - 0.01) < 1e-5) continue;
         ASSERT_EQ(*over.surface.at(u, v), nearest ? kPlane : kOther);
+        ASSERT_NEAR(*over.nearness.at(u, v), nearest ? hit.nearness : 0.01, 3e-6);
         hits += met;
       }
   }
   EXPECT_GT(seen_planes, 20);
   EXPECT_GT(hits, 50000);
+}
+
+// As OpenGL cuts it away.
+TEST(SeenPlane, IsNotSeenBeforeTheNearPlane) {
+  // its front towards the camera
+  const Matrix3d R_CG = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  for (const double depth_m : {0.5 * kNear_m, 1.5 * kNear_m}) {
+    const auto seen = PlaneSeen(Camera(), R_CG, {0, 0, depth_m}, Vector2d(1, 1), kNear_m, kPlane);
+    ASSERT_TRUE(seen);
+    Picture picture;
+    PaintPlane(*seen, kWhole, Onto::kWhatIsThere, &picture.surface, &picture.nearness);
+    EXPECT_EQ(*picture.surface.at(80, 60), depth_m > kNear_m ? kPlane : 0) << depth_m;
+  }
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ const std::map<std::string, Weights> kTraffic = {
     {", accesses", {{"Dr", 1}, {"Dw", 1}}},
     {", bytes",
      {{"ILmr", 64}, {"DLmr", 64}, {"DLmw", 64}, {"ILdmr", 64}, {"DLdmr", 64}, {"DLdmw", 64}}}};
-constexpr double kDuration_s = 0.7;
+constexpr double kDuration_s = 0.7;  // 21 frames
 // The last of them are counted, from one call of this function to the next.
 constexpr int kFrames = 15;
 constexpr const char* kOnceAFrame = "turbidock::control::Autopilot::Update(*";
@@ -106,6 +106,7 @@ std::string CountTrial(const std::vector<std::string>& run, bool traffic) {
   int calls = 0;
   const auto part = [&](int number) { return folder / fmt::format("part.{}", number); };
   while (std::filesystem::exists(part(calls + 1))) ++calls;
+  TD_CHECK(calls >= kFrames, "callgrind saw too few frames");
   std::string frames;
   for (int number = calls - kFrames + 1; number <= calls; ++number)
     frames += system::ReadWhole(part(number));

@@ -155,6 +155,9 @@ TEST(Instructions, AreCountedByStage) {
       {"render", 100}, {"water", 42},  {"sensor", 200}, {"labels", 9},  {"estimate", 61},
       {"control", 7},  {"physics", 8}, {"rest", 573},   {"frame", 1000}};
   EXPECT_EQ(stages, expected);
+  // of two frames, whose files stand one after the other, the sum
+  for (const auto& [stage, number] : CountStages(CallgrindText() + CallgrindText()))
+    EXPECT_EQ(number, 2 * expected.at(stage)) << stage;
   EXPECT_THROW(CountStages("totals: 1000\n"), ConfigError);
 }
 

@@ -84,7 +84,7 @@ def _arguments_of(command: str, rest: list[str], own: argparse.Namespace) -> lis
         if not _value_of(rest, "--workers"):
             rest = [*rest, "--workers", "1"]
     if command == "batch" and not own.nodes_version and "--quiet" not in rest:
-        print("turbidock-ros: without --nodes-version no later call goes on with this batch", file=sys.stderr, flush=True)
+        print("turbidock-ros: without --nodes-version this batch cannot be resumed", file=sys.stderr, flush=True)
     chosen = {}
     if own.answer:
         chosen["controller"] = CONTROLLERS[own.answer].plugin_name(), f"--answer {own.answer}"
