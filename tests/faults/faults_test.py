@@ -166,8 +166,8 @@ class Faults(unittest.TestCase):
         while done < kills:
             process = self.start(words)
             try:
-                process.communicate(timeout=self.random.uniform(0.01, whole_s))
-                self.assertEqual(process.returncode, 0, words)
+                _, err = process.communicate(timeout=self.random.uniform(0.01, whole_s))
+                self.assertEqual(process.returncode, 0, f'{words}: {err}')
                 after_kill(True)
                 continue
             except subprocess.TimeoutExpired:

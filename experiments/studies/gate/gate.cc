@@ -276,19 +276,15 @@ batch::ResultStore OpenTrials(const std::string& file, const Gate& gate, bool an
                               const batch::JobOptions& jobs,
                               const std::function<void(const std::string&)>& say) {
   const batch::StoreHeader now = batch::HeaderOf(gate.plan, {}, kKind);
-  bool is_gates = false;
-  if (std::filesystem::exists(file)) {
-    const batch::StoreHeader before = batch::ResultStore::Read(file).header();
-    is_gates = before.kind == kKind;
-    if (before.build != now.build || before.code != now.code) {
-      anew = true;
-      say(fmt::format("{}: has trials of another program ({}): begun anew", file, before.build));
-    }
+  // Made where there is none, or an empty one that a killed run left.
+  const batch::StoreHeader before = batch::ResultStore::Open(file, now).header();
+  if (before.build != now.build || before.code != now.code) {
+    anew = true;
+    say(fmt::format("{}: has trials of another program ({}): begun anew", file, before.build));
   }
   try {
     return batch::OpenResults(file, gate.plan, {}, anew, jobs, kKind);
   } catch (const batch::OtherResults& other) {
-    if (!is_gates) throw;
     if (!anew) throw ConfigError(fmt::format("{} (--anew: without its trials)", other.what()));
   }
   // The verdict is what counts: trials that the gate has no more are not missed.

@@ -126,6 +126,13 @@ TEST_F(GateRepeat, ABaselineGoesOnAfterAStop) {
 }
 
 // Another build's trials, in its file, are judged as if they had been run now.
+TEST_F(GateRepeat, AFileThatAKilledRunLeftEmptyIsBegun) {
+  WriteGate(3);
+  std::ofstream(File("trials.db")).flush();
+  EXPECT_EQ(Open("trials.db", {}).header().trials, 6);
+  EXPECT_EQ(said_, "");
+}
+
 TEST_F(GateRepeat, AFileOfTrialsIsJudgedAsTheGateJudgedIt) {
   const Baseline baseline = Measure();
   const std::vector<std::string> slow = {"duration_s=2.7"};
