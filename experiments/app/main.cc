@@ -61,7 +61,6 @@ void PrintVersions() {
 }
 
 int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {
-  system::SetProgramName(std::filesystem::path(argv[0]).filename().string());
   command::CommandLine line(
       "turbidock", "Headless closed-loop docking trials of a stereo-vision ROV in turbid water.",
       plugins);
@@ -86,42 +85,42 @@ int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {
   return command::kExitBadInput;
 }
 
-// What is wrong, in one line, and the exit code.
-int Complain(const std::string& problem, int code) {
-  std::fprintf(stderr, "turbidock: %s\n", system::OneLineOf(problem).c_str());
-  return code;
-}
-
-int ComplainOfOutput() {
-  return Complain("the standard output cannot be written", command::kExitBadInput);
-}
+constexpr const char* kNoOutput = "the standard output cannot be written";
 
 }  // namespace
 }  // namespace turbidock::app
 
 int turbidock::Main(int argc, char** argv, const trial::Plugins& plugins) {
   using namespace app;
+  trial::Plugins all = plugins;
+  all.SetProgram(std::filesystem::path(argv[0]).filename().string());
+  // What is wrong, in one line, and the exit code.
+  const auto complain = [&all](const std::string& problem, int code) {
+    std::fprintf(stderr, "%s: %s\n", all.program().c_str(), system::OneLineOf(problem).c_str());
+    return code;
+  };
   std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);  // what stderr says comes after, also in a file
   try {
-    const int code = ParseAndRun(argc, argv, plugins);
-    if (std::fflush(stdout) != 0 || std::ferror(stdout)) return ComplainOfOutput();
+    const int code = ParseAndRun(argc, argv, all);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout))
+      return complain(kNoOutput, command::kExitBadInput);
     return command::StopSignal() ? 128 + command::StopSignal() : code;
   } catch (const config::ConfigErrors& errors) {
     std::istringstream lines(errors.what());
-    for (std::string line; std::getline(lines, line);) Complain(line, command::kExitBadInput);
+    for (std::string line; std::getline(lines, line);) complain(line, command::kExitBadInput);
     return command::kExitBadInput;
   } catch (const ConfigError& error) {
-    return Complain(error.what(), command::kExitBadInput);
+    return complain(error.what(), command::kExitBadInput);
   } catch (const batch::MismatchError& error) {
-    return Complain(error.what(), command::kExitMismatch);
+    return complain(error.what(), command::kExitMismatch);
   } catch (const std::filesystem::filesystem_error& error) {
     // a name that is too long, a loop of links, a folder that may not be read
-    return Complain(error.path1().string() + ": " + error.code().message(), command::kExitBadInput);
+    return complain(error.path1().string() + ": " + error.code().message(), command::kExitBadInput);
   } catch (const std::bad_alloc&) {
-    return Complain("this machine has too little memory for it", command::kExitSimulatorFault);
+    return complain("this machine has too little memory for it", command::kExitSimulatorFault);
   } catch (const std::exception& error) {  // SimulatorFault
     // fmt::print throws what others only note
-    if (std::ferror(stdout)) return ComplainOfOutput();
-    return Complain(error.what(), command::kExitSimulatorFault);
+    if (std::ferror(stdout)) return complain(kNoOutput, command::kExitBadInput);
+    return complain(error.what(), command::kExitSimulatorFault);
   }
 }

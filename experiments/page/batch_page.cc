@@ -9,7 +9,6 @@
 #include "experiments/batch/summary.h"
 #include "experiments/page/trial_page.h"
 #include "experiments/report/report_json.h"
-#include "experiments/system/build_info.h"
 #include "experiments/system/plain_text.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/trial_view.h"
@@ -57,8 +56,8 @@ Json ColumnsOf(const std::vector<StoredTrial>& trials) {
 }
 
 // The trial again; its number comes behind.
-std::string ReplayOf(const std::string& file) {
-  return system::ProgramName() + " replay " + system::ShellWord(file);
+std::string ReplayOf(const std::string& file, const trial::Plugins& plugins) {
+  return plugins.program() + " replay " + system::ShellWord(file);
 }
 
 // What is shown beside the name of a failure.
@@ -81,7 +80,7 @@ Page BatchPage(const batch::ResultStore& store, const std::string& file,
   model = report::Document(batch::ReportOf(summary), Json::object())["report"];
   model.update({{"kind", "batch"},
                 {"kind_title", header.kind == "batch" ? "batch" : header.kind + ": its trials"},
-                {"replay", header.is_of_plan() ? Json(ReplayOf(file)) : Json()},
+                {"replay", header.is_of_plan() ? Json(ReplayOf(file, options.plugins)) : Json()},
                 {"meanings", MeaningsOf()},
                 {"success", batch::ChartsOf(header, trials)},
                 {"rows", trials.size()},
@@ -108,6 +107,7 @@ StoredTrials::StoredTrials(const batch::ResultStore& store, std::string file, st
     : store_(store),
       file_(std::move(file)),
       name_(std::move(name)),
+      replay_(ReplayOf(file_, plugins)),
       bytes_left_(series_bytes),
       page_(page),
       stored_(store.TrialsWithSeries()) {
@@ -155,9 +155,8 @@ LinkedTrial StoredTrials::Of(int64_t number) {
     linked.facts.push_back({name.Title(), batch::ValueText(p.key, p.value), p.key});
   }
   if (store_.header().is_of_plan())
-    linked.commands = {
-        {"The trial again, with film and all its files",
-         fmt::format("{} {} --out out/{}{}", ReplayOf(file_), number, name_, number)}};
+    linked.commands = {{"The trial again, with film and all its files",
+                        fmt::format("{} {} --out out/{}{}", replay_, number, name_, number)}};
   if (Pack(trial)) {
     linked.model = ModelPart(trial);
     linked.series = SeriesPart(trial);

@@ -53,7 +53,7 @@ class StoredTrials {
   std::string ModelPart(const batch::StoredTrial& trial) const;
 
   const batch::ResultStore& store_;
-  std::string file_, name_;
+  std::string file_, name_, replay_;
   int64_t bytes_left_;
   Page* page_;
   std::vector<int64_t> stored_;  // ascending

@@ -12,7 +12,6 @@
 
 #include "experiments/report/report_json.h"
 #include "experiments/system/base64.h"
-#include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 #include "experiments/trial/trace_panels.h"
@@ -201,7 +200,7 @@ Page TrialPage(const std::string& folder, const trial::Plugins& plugins) {
   report.sections.push_back(
       {.title = "Again",
        .commands = {{"The same trial again, filmed",
-                     fmt::format("{} run {} --out again --video", system::ProgramName(),
+                     fmt::format("{} run {} --out again --video", plugins.program(),
                                  system::ShellWord(resolved))}}});
   Page page;
   page.model = TrialModel(scenario);

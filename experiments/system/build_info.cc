@@ -53,12 +53,7 @@ XXH64_hash_t DigestOf(const std::string& path, XXH64_hash_t seed) {
   return XXH64(content.data(), content.size(), seed);
 }
 
-std::string program_name = "turbidock";
-
 }  // namespace
-
-const std::string& ProgramName() { return program_name; }
-void SetProgramName(const std::string& name) { program_name = name; }
 
 std::string VersionAndCommit() { return std::string(TURBIDOCK_VERSION) + " " + kGitHash; }
 

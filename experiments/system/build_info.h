@@ -22,8 +22,4 @@ std::string CodeDigest(const void* address);
 // type, a line each.
 std::string BuiltFrom();
 
-// The program's name, as whoever types a command calls it: "turbidock", unless it is another.
-const std::string& ProgramName();
-void SetProgramName(const std::string& name);
-
 }  // namespace turbidock::system

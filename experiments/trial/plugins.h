@@ -100,6 +100,10 @@ class Plugins {
                         make,
                     const EstimatorTraits& traits = {});
 
+  // Which program has them, as whoever types a command calls it.
+  const std::string& program() const { return program_; }
+  void SetProgram(const std::string& name) { program_ = name; }
+
   // The same ones with their defaults, and the first of them chosen.
   Plugins WithDefaults() const;
 
@@ -184,6 +188,7 @@ class Plugins {
   void RequireNewName(const std::string& name) const;
   const std::any& Find(const std::type_info& params) const;
 
+  std::string program_ = "turbidock";
   bool built_in_ = true;  // what is added now
   Kind<Plugin<control::ControllerSpec>> controllers_;
   Kind<Plugin<std::unique_ptr<vision::PoseEstimator>, const EstimatorSetup&>> estimators_;

@@ -123,7 +123,7 @@ def test_nothing_is_left_of_what_is_stopped(command, number, tmp_path, nothing_i
             "batch": [plan(tmp_path, 200), "--workers", "2", "--answer", "volts", "--launch", P_VOLTAGE]}[command]
     running = subprocess.Popen([*ROS, command, *what, "--quiet", "--out", tmp_path / "b.db"],
                                env={**os.environ, **nothing_is_left})
-    logs = {"run": "b.db/nodes/*", "batch": "b.nodes/*"}[command]  # one for each trial that began
+    logs = {"run": "b.db/nodes.log", "batch": "b.nodes/*"}[command]  # one for each trial that began
     try:
         wait_until(lambda: len(list(tmp_path.glob(logs))) > (command == "batch") * 3, 60)
         time.sleep(2)

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 #include "sim/base/digest.h"
@@ -56,8 +55,7 @@ std::string BaselineText(const Baseline& baseline) {
 Baseline LoadBaseline(const std::string& file) {
   if (const std::string why = system::WhyUnreadable(file); !why.empty())
     throw ConfigError(
-        fmt::format("{}: {}: there is no baseline; `{} gate GATE.yaml --update` makes it", file,
-                    why, system::ProgramName()));
+        fmt::format("{}: {}: there is no baseline; the gate makes it with --update", file, why));
   Baseline baseline;
   try {
     baseline = config::LoadLayers<Baseline>({file}, {});

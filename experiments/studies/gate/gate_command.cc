@@ -146,16 +146,17 @@ report::Json LinksOf(const GateArguments& arguments, const GateReport& report) {
     for (const batch::Flip& flip : condition.flips)
       links[flip.link] = page::Link{
           .title = fmt::format("{}, seed {}", flip.group, flip.seed),
-          .trials = {
-              {.title = NameOf(flip.change),
-               .outcome = flip.change == batch::FlipKind::kGained ? NameOf(trial::Outcome::kSuccess)
-                                                                  : flip.why,
-               .reason = "",
-               .note = "Its traces are not kept: the gate ran it without (--bundles).",
-               .commands = {{"The trial again, with film and all its files",
-                             fmt::format("{} replay {} {} --out out/{}", system::ProgramName(),
-                                         system::ShellWord(arguments.out + "/trials.db"),
-                                         *flip.trial_b, flip.link)}}}}};
+          .trials = {{.title = NameOf(flip.change),
+                      .outcome = flip.change == batch::FlipKind::kGained
+                                     ? NameOf(trial::Outcome::kSuccess)
+                                     : flip.why,
+                      .reason = "",
+                      .note = "Its traces are not kept: the gate ran it without (--bundles).",
+                      .commands = {
+                          {"The trial again, with film and all its files",
+                           fmt::format("{} replay {} {} --out out/{}", arguments.plugins.program(),
+                                       system::ShellWord(arguments.out + "/trials.db"),
+                                       *flip.trial_b, flip.link)}}}}};
   return links;
 }
 

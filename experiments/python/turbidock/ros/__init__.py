@@ -28,17 +28,17 @@ a trial that is judged.
 came; with `--set ros_wrench.pose_filter.enabled=true` it is the filtered one, and `marker/axes` has its rates.
 
 Silence: no answer in `--answer-within` seconds (`--first-answer-within` with the nodes' start), or a launch command that ended,
-is the outcome `no_answer`, which counts neither as success nor as failure: a batch's next call runs it again, `run` and `gate` end with exit code 4. Until the
-first answer it says once a second what it waits for, and which types and QoS do not match.
+is the outcome `no_answer`, which counts neither as success nor as failure: a batch's next call runs it again, `run` and `gate`
+end with exit code 4. Until the first answer it says once a second what it waits for, and which types and QoS do not match.
 Wrong: an answer that is not finite, of no unit quaternion, another frame_id, stamp 0 or of the future; two nodes that publish
 it; a domain in use. An error names it; in a batch the trial is `crashed`.
 
 Processes: with `--launch` each worker has a ROS_DOMAIN_ID that nobody uses; all stays on the loopback address, without shared
 memory (fastdds.xml, unless FASTRTPS_DEFAULT_PROFILES_FILE names another). Nodes start and end with each trial, as a process
-group, also where the simulator is killed. Their output is in OUT/nodes, of a batch in OUT.nodes; their ROS_LOG_DIR goes with
-them, unless it is given. ROS itself makes two files lttng-ust-wait-* in /dev/shm, once a machine. With `--reset-service` they
-stay, and their `reset` (std_srvs/Trigger) is called. Nodes that run already have one trial at a time, in the environment's
-domain.
+group, also where the simulator is killed. Their output is in OUT/nodes.log, of a gate in OUT/nodes, of a batch in OUT.nodes;
+their ROS_LOG_DIR goes with them, unless it is given. ROS itself makes two files lttng-ust-wait-* in /dev/shm, once a machine.
+With `--reset-service` they stay, and their `reset` (std_srvs/Trigger) is called. Nodes that run already have one trial at a
+time, in the environment's domain.
 
 While a trial is under way there are the services /turbidock/pause (SetBool) and /turbidock/step (Trigger). `turbidock-ros
 by-hand SCENARIO` also has /turbidock/reset (Trigger), which begins the trial again, and `ros2 param set /turbidock

@@ -55,8 +55,11 @@ def _value_of(arguments: Sequence[str], option: str) -> str:
     return ""
 
 
-def _log_folder(command: str, out: str) -> str:
-    return "" if not out else os.path.splitext(out)[0] + ".nodes" if command == "batch" else os.path.join(out, "nodes")
+def _log_of(command: str, out: str) -> str:
+    if not out:
+        return ""
+    folder = os.path.splitext(out)[0] + ".nodes" if command == "batch" else os.path.join(out, "nodes")
+    return folder + (".log" if command == "run" else "/")
 
 
 def _arguments_of(command: str, rest: list[str], own: argparse.Namespace) -> list[str]:
@@ -136,7 +139,7 @@ def main() -> None:
     arguments = _arguments_of(command, rest, own)
     exchange.use(launch=own.launch or "", version=own.nodes_version or "", domain=own.domain, reset=own.reset_service,
                  answer_s=own.answer_within, first_answer_s=own.first_answer_within, ros_arguments=ros,
-                 log=_log_folder(command, _value_of(arguments, "--out")))
+                 log=_log_of(command, _value_of(arguments, "--out")))
     if command == BY_HAND:
         return _by_hand(arguments[1:])
     ours = [*CONTROLLERS.values(), ImageEstimator]

@@ -33,7 +33,7 @@ class Stack:
     first_answer_s: float = 60.0  # wall time, with the start of the nodes
     answer_s: float = 10.0
     reset: bool = False  # the nodes stay, and their service `reset` is called when a trial begins
-    log: str = ""  # folder of the nodes' output
+    log: str = ""  # of the nodes' output: a file or, where it ends in /, a folder for that of each trial
     ros_arguments: list[str] = field(default_factory=list)  # of --ros-args: remapping
 
 
@@ -163,8 +163,9 @@ class Link:
         self._connect()
         assert self._wire
         if self._stack.launch and self._nodes is None:
-            log = f"{self._stack.log}/{self.process}-{self._trials}.log" if self._stack.log else ""
-            self._nodes = Nodes(self._stack.launch, log, self._environment)
+            log = self._stack.log
+            own = f"{self.process}-{self._trials}.log" if log.endswith("/") else ""
+            self._nodes = Nodes(self._stack.launch, log + own, self._environment)
         if self._stack.reset:
             self._reset_nodes()
 
@@ -200,7 +201,9 @@ class Link:
         self._environment = {**own, **before, "ROS_DOMAIN_ID": str(self.domain)}
         if launch:
             self._environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "SYSTEM_DEFAULT"  # as the profile says
+            self._environment.pop("ROS_LOCALHOST_ONLY", None)  # would take its place, with shared memory
         try:
+            os.environ.clear()
             os.environ.update(self._environment)
             self._wire = wire.Wire(self.domain, self._stack.ros_arguments)
         finally:
