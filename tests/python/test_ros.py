@@ -182,7 +182,7 @@ def test_silence_is_named(play, what, problem):
 def test_a_launch_command_that_ended_is_named_with_its_output(play, tmp_path, launch, problem):
     with pytest.raises(turbidock.NoAnswer, match=r"^no answer on /wrench of stamp 1\d\.\d{9} from " +
                        problem.replace("LOG", str(tmp_path))):
-        play("old", launch=launch, domain=91, first_answer_s=30, log=str(tmp_path))
+        play("old", launch=launch, domain=91, first_answer_s=30, log=f"{tmp_path}/")
 
 
 def test_without_nodes_it_says_where_to_start_them(play, monkeypatch):
