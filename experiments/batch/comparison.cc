@@ -188,6 +188,7 @@ void MarkSignificant(std::vector<Change>* changes) {
 
 report::Quantity QuantityOf(const std::string& measure) {
   if (measure == kSuccessRate) return {"success", "%", 100};
+  if (measure == kArea) return {"area", "% of the ranges", 100};
   return report::QuantityOf(measure);
 }
 

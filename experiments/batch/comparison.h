@@ -42,12 +42,13 @@ inline constexpr auto kMeasures = std::to_array<Measure>(
      {"effort_v", [](const auto& r) { return r.effort_v; }},
      {"false_confidence_s", [](const auto& r) { return r.false_confidence_s; }}});
 using MeasuredValues = std::array<double, kMeasures.size()>;
-inline constexpr const char* kSuccessRate = "success_rate";
+inline constexpr const char *kSuccessRate = "success_rate", *kArea = "area";
 
 // What a comparison needs of a trial.
 struct ComparedTrial {
   int64_t seed = 0;
   trial::Outcome outcome = trial::Outcome::kTimeout;
+  int64_t trial = -1;                  // its number, where a plan with ranges chose it
   MeasuredValues values = NoValues();  // of kMeasures; NaN: not measured
   std::string digest{};
 
@@ -59,9 +60,10 @@ struct ComparedTrial {
   }
 
   static void Fields(auto& self, auto&& field) {
+    constexpr bool kReads = !std::is_const_v<std::remove_reference_t<decltype(self)>>;
+    if (kReads || self.trial >= 0) field("trial", self.trial, AtLeast(0), "");
     field("seed", self.seed, AtLeast(0), "");
     field("outcome", self.outcome, Finite(), "");
-    constexpr bool kReads = !std::is_const_v<std::remove_reference_t<decltype(self)>>;
     for (size_t i = 0; i < kMeasures.size(); ++i)  // what was not measured is left out
       if (kReads || !std::isnan(self.values[i]))
         field(kMeasures[i].name, self.values[i], Finite(), "");
@@ -78,11 +80,15 @@ inline Range TestedProbability() {
 // The changes for the worse that matter. Zero: not judged.
 struct Margins {
   double success_rate = 0.1;
+  double area = 0;           // of a plan's ranges; above 0 success_rate follows from it
   MeasuredValues medians{};  // of kMeasures; none negative, also where less is worse
 
   static void Fields(auto& self, auto&& field) {
     field(kSuccessRate, self.success_rate, TestedProbability(),
           "loss of success rate that matters");
+    field(kArea, self.area, InRange(0, 1),
+          "of a plan with ranges: share of them whose loss, from where success is above the rate, "
+          "matters");
     for (size_t i = 0; i < kMeasures.size(); ++i)
       field(kMeasures[i].name, self.medians[i], AtLeast(0),
             "change of its median for the worse that matters; 0: not judged");

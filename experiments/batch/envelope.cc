@@ -218,50 +218,56 @@ std::string WhereText(const EnvelopeSummary& summary, const Crossing& crossing) 
 
 }  // namespace
 
+Envelope EnvelopeOf(const EnvelopePlan& plan, std::string name,
+                    std::vector<const StoredTrial*> trials) {
+  Envelope envelope{.name = std::move(name), .shown = std::move(trials)};
+  const search::BoundarySearch search = plan.Search();
+  const int points = search.lattice.cells();
+  std::vector<search::Tally> tallies(static_cast<size_t>(points));
+  for (const StoredTrial* trial : envelope.shown) {
+    if (!trial->record.judged()) continue;
+    search::Tally& tally = tallies[static_cast<size_t>(trial->cell % points)];
+    ++tally.trials, ++envelope.trials;
+    tally.successes += trial->record.success();
+  }
+  envelope.boundary = BoundaryOf(search, tallies);
+  envelope.reached = envelope.boundary.undecided <= search.width;
+  const size_t ranges = plan.ranges.size();
+  for (size_t k = 0; k < ranges; ++k)
+    for (const double share : {0.0, 0.5, 1.0}) {
+      std::vector<int> cell;
+      for (const search::LatticeAxis& axis : search.lattice.axes)
+        cell.push_back(static_cast<int>(std::lround(share * (axis.values - 1))));
+      envelope.crossings.push_back(CrossingAlong(plan, envelope.boundary, k, cell));
+      if (ranges == 1) break;
+    }
+  envelope.limits = LimitsOf(plan, envelope, tallies);
+  std::vector<double> areas = AreasOf(envelope.boundary);
+  std::ranges::sort(areas);
+  const auto at = [&](double share) {
+    return areas[static_cast<size_t>(share * static_cast<double>(areas.size() - 1))];
+  };
+  envelope.area = {at(0.5), at(0.025), at(0.975)};
+  return envelope;
+}
+
 std::optional<EnvelopeSummary> EnvelopesOf(const StoreHeader& header,
                                            const std::vector<StoredTrial>& trials) {
   if (header.kind != "batch") return std::nullopt;
   auto plan = ReadEnvelope(config::ParseYaml(header.plan, "plan"));
   if (!plan) return std::nullopt;
-  EnvelopeSummary summary{.plan = *std::move(plan), .envelopes = {}};
-  const search::BoundarySearch search = summary.plan.Search();
-  const int points = search.lattice.cells();
+  EnvelopeSummary summary{.plan = *std::move(plan)};
+  const int64_t points = summary.plan.points();
   std::map<int64_t, std::vector<const StoredTrial*>> by_envelope;
   for (const StoredTrial& trial : trials) by_envelope[trial.cell / points].push_back(&trial);
   for (auto& [number, shown] : by_envelope) {
-    Envelope envelope{.shown = std::move(shown)};
     std::vector<std::string> names;
     for (size_t i = 0; i < GridOf(header).size(); ++i) {
-      const Parameter& parameter = envelope.shown.front()->parameters[i];
+      const Parameter& parameter = shown.front()->parameters[i];
       names.push_back(ValueText(parameter.key, parameter.value));
     }
-    envelope.name = fmt::format("{}", fmt::join(names, ", "));
-    std::vector<search::Tally> tallies(static_cast<size_t>(points));
-    for (const StoredTrial* trial : envelope.shown) {
-      if (!trial->record.judged()) continue;
-      search::Tally& tally = tallies[static_cast<size_t>(trial->cell % points)];
-      ++tally.trials, ++envelope.trials;
-      tally.successes += trial->record.success();
-    }
-    envelope.boundary = BoundaryOf(search, tallies);
-    envelope.reached = envelope.boundary.undecided <= search.width;
-    const size_t ranges = summary.plan.ranges.size();
-    for (size_t k = 0; k < ranges; ++k)
-      for (const double share : {0.0, 0.5, 1.0}) {
-        std::vector<int> cell;
-        for (const search::LatticeAxis& axis : search.lattice.axes)
-          cell.push_back(static_cast<int>(std::lround(share * (axis.values - 1))));
-        envelope.crossings.push_back(CrossingAlong(summary.plan, envelope.boundary, k, cell));
-        if (ranges == 1) break;
-      }
-    envelope.limits = LimitsOf(summary.plan, envelope, tallies);
-    std::vector<double> areas = AreasOf(envelope.boundary);
-    std::ranges::sort(areas);
-    const auto at = [&](double share) {
-      return areas[static_cast<size_t>(share * static_cast<double>(areas.size() - 1))];
-    };
-    envelope.area = {at(0.5), at(0.025), at(0.975)};
-    summary.envelopes.push_back(std::move(envelope));
+    summary.envelopes.push_back(
+        EnvelopeOf(summary.plan, fmt::format("{}", fmt::join(names, ", ")), std::move(shown)));
   }
   for (size_t i = 1; i < summary.envelopes.size(); ++i)
     summary.differences.push_back(DifferenceTo(summary, i));

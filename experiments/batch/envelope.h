@@ -54,6 +54,11 @@ struct EnvelopeSummary {
   std::vector<EnvelopeDifference> differences = {};  // of all but the first
 };
 
+// Of trials of one combination; those whose end says nothing of success do not count. They must
+// outlive what points to them.
+Envelope EnvelopeOf(const EnvelopePlan& plan, std::string name,
+                    std::vector<const StoredTrial*> trials);
+
 // Of a batch with ranges; nothing of any other. The trials must outlive what points to them.
 std::optional<EnvelopeSummary> EnvelopesOf(const StoreHeader& header,
                                            const std::vector<StoredTrial>& trials);

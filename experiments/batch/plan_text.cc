@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <span>
 
 #include "experiments/batch/plan.h"
 #include "experiments/config/data_files.h"
@@ -32,7 +33,8 @@ std::string Plan::resolved() const { return config::SaveYaml(settings_) + trials
 CellText Plan::TextOf(int64_t cell) const {
   const std::vector<Parameter> parameters = FirstOf(cell).parameters;
   CellText text;
-  for (size_t i = 0; i < grid_.size(); ++i)
+  const size_t named = grid_.size() - (envelope_ ? envelope_->ranges.size() : 0);
+  for (size_t i = 0; i < named; ++i)
     text.name += (i > 0 ? " " : "") +
                  (grid_[i].key == kCaseKey ? parameters[i].value : parameters[i].Assignment());
   if (text.name.empty()) text.name = "all";
@@ -45,11 +47,14 @@ CellText Plan::TextOf(int64_t cell) const {
   };
   std::vector<config::Assignment> all = config::LeavesOf(set_);
   for (const config::Assignment& own : config::LeavesOf(
-           AssignmentsOf({parameters.begin(), parameters.begin() + std::ssize(grid_)}))) {
+           AssignmentsOf({parameters.begin(), parameters.begin() + static_cast<int>(named)}))) {
     std::erase_if(all, [&own](const auto& other) { return other.key == own.key; });
     all.push_back(own);
   }
   add(all);
+  for (const GridAxis& range : std::span(grid_).subspan(named))
+    text.given += fmt::format(" {}={} to {} in {}", range.key, range.values.front(),
+                              range.values.back(), range.values.size());
   for (const Case& stratum : strata_) {
     text.given += " " + stratum.name + ":";
     add(config::LeavesOf(stratum.values));

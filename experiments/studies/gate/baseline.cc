@@ -42,7 +42,9 @@ std::string BaselineText(const Baseline& baseline) {
         Quoted(c.name), Quoted(c.given), c.digest, c.trials, c.successes,
         FormatNumber(c.success_rate), c.interval_95.at(0), c.interval_95.at(1));
     for (const batch::ComparedTrial& t : c.outcomes) {
-      text += fmt::format("      - {{seed: {}, outcome: {}", t.seed, NameOf(t.outcome));
+      text += fmt::format("      - {{{}seed: {}, outcome: {}",
+                          t.trial < 0 ? "" : fmt::format("trial: {}, ", t.trial), t.seed,
+                          NameOf(t.outcome));
       for (size_t i = 0; i < batch::kMeasures.size(); ++i)
         if (!std::isnan(t.values[i]))
           text += fmt::format(", {}: {}", batch::kMeasures[i].name, FormatNumber(t.values[i]));

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <set>
 
-#include "experiments/batch/batch.h"
 #include "experiments/system/build_info.h"
 #include "sim/base/check.h"
 
@@ -19,8 +18,18 @@ using statistics::Verdict;
 constexpr const char* kKind = "gate";  // of its file of trials
 
 // How a condition is judged, as far as the baseline has trials to compare with.
-batch::JudgeOptions OptionsOf(const Condition& condition, const BaselineCondition& baseline) {
+batch::JudgeOptions OptionsOf(const Condition& condition, const BaselineCondition& baseline,
+                              const std::optional<EnvelopeShift>& shift) {
   batch::JudgeOptions options = condition.options();
+  if (shift) {
+    const double area = options.margins.area;
+    if (shift->area() <= area)
+      throw ConfigError(fmt::format(
+          "{}: the baseline succeeds often enough in {:.3g} of the ranges; it cannot lose {:g}",
+          condition.name, shift->area(), area));
+    options.max_trials = baseline.trials;
+    options.margins.success_rate = shift->SuccessLost(area);
+  }
   if (baseline.successes <= options.margins.success_rate * baseline.trials)
     throw ConfigError(fmt::format(
         "{}: only {} of the baseline's {} trials succeeded; the success rate cannot fall by {:g}",
@@ -71,7 +80,10 @@ std::vector<std::string> SetOtherwise(const batch::StoreHeader& header, const Ga
 
 }  // namespace
 
-GateRun::GateRun(const Gate& gate, const std::optional<Baseline>& baseline) : gate_(gate) {
+GateRun::GateRun(const Gate& gate, const std::optional<Baseline>& baseline)
+    : gate_(gate), places_(PlacesOf(gate.plan)) {
+  if (gate.plan.envelope() && !baseline)
+    search_.emplace(batch::RuleOf(batch::HeaderOf(gate.plan, {}, kKind)), batch::Shard{});
   std::vector<BaselineCondition> known;
   if (baseline) {
     known = ConditionsOf(gate, *baseline);
@@ -83,7 +95,8 @@ GateRun::GateRun(const Gate& gate, const std::optional<Baseline>& baseline) : ga
     running.least = running.options.max_trials;
     if (baseline) {
       running.baseline = known[i];
-      running.options = OptionsOf(gate.conditions[i], known[i]);
+      if (gate.plan.envelope()) running.shift.emplace(gate.plan, known[i]);
+      running.options = OptionsOf(gate.conditions[i], known[i], running.shift);
       running.pairs = batch::PairedTrials(running.options);
       batch::PairedTrials same(running.options);
       for (const batch::ComparedTrial& trial : known[i].outcomes) same.Add(trial, trial);
@@ -102,25 +115,48 @@ bool GateRun::IsDone(const Running& condition) const {
          (condition.baseline && condition.pairs.done());
 }
 
+int64_t GateRun::NumberOf(size_t condition, int64_t place) const {
+  const auto& baseline = running_[condition].baseline;
+  return gate_.plan.envelope() ? baseline->outcomes[static_cast<size_t>(place)].trial
+                               : gate_.plan.NumberOf(static_cast<int64_t>(condition), place);
+}
+
+int64_t GateRun::PlaceOf(size_t condition, const batch::StoredTrial& trial) const {
+  if (!gate_.plan.envelope()) return trial.sample;
+  const auto& outcomes = running_[condition].baseline->outcomes;
+  const auto found = std::ranges::find(outcomes, trial.trial, &batch::ComparedTrial::trial);
+  if (found == outcomes.end())
+    throw ConfigError(fmt::format("condition '{}': trial {} is none of the baseline's",
+                                  gate_.conditions[condition].name, trial.trial));
+  return found - outcomes.begin();
+}
+
 std::optional<int64_t> GateRun::Next() {
+  if (search_) return search_->Next();
   const auto conditions = std::ssize(running_);
   while (asked_ < most_) {
-    const int64_t turn = asked_++, sample = turn / conditions;
-    const Running& running = running_[static_cast<size_t>(turn % conditions)];
-    if (!IsDone(running) && sample < running.options.max_trials)
-      return gate_.plan.NumberOf(turn % conditions, sample);
+    const int64_t turn = asked_++, place = turn / conditions;
+    const auto condition = static_cast<size_t>(turn % conditions);
+    const Running& running = running_[condition];
+    if (!IsDone(running) && place < running.options.max_trials) return NumberOf(condition, place);
   }
   return std::nullopt;
 }
 
 void GateRun::Add(const batch::StoredTrial& trial) {
+  const auto of = static_cast<size_t>(trial.cell / places_);
   if (!trial.record.ended())
     throw SimulatorFault(fmt::format("condition '{}', seed {}: the trial {}: {}\n{}",
-                                     gate_.conditions.at(static_cast<size_t>(trial.cell)).name,
-                                     trial.record.seed, NameOf(trial.record.outcome),
-                                     trial.record.reason, trial.record.printed));
+                                     gate_.conditions.at(of).name, trial.record.seed,
+                                     NameOf(trial.record.outcome), trial.record.reason,
+                                     trial.record.printed));
+  if (search_) {
+    search_->Add(trial.trial, trial.record.success());
+    running_[of].trials.push_back(trial);
+    return;
+  }
   const auto conditions = std::ssize(running_);
-  early_.emplace(trial.sample * conditions + trial.cell, trial);
+  early_.emplace(PlaceOf(of, trial) * conditions + static_cast<int64_t>(of), trial);
   for (; taken_ < most_; ++taken_) {
     const auto condition = static_cast<size_t>(taken_ % conditions);
     Running& running = running_[condition];
@@ -151,6 +187,7 @@ void GateRun::Take(size_t condition, const batch::StoredTrial& trial) {
 }
 
 GateProgress GateRun::progress() const {
+  if (search_) return {search_->done(), search_->wanted(), search_->most()};
   GateProgress progress;
   for (const Running& running : running_) {
     const int64_t done = std::ssize(running.trials);
@@ -206,6 +243,14 @@ ConditionReport GateRun::ReportOf(size_t condition) const {
                          .never_seeds = running.never_seeds};
   report.verdict = running.never_seeds.empty() ? *running.pairs.verdict() : Verdict::kFail;
   report.baseline_interval_95 = statistics::WilsonInterval(baseline.successes, baseline.trials);
+  if (running.shift) {
+    report.changes.push_back(AreaChange(*running.shift, report.changes.front()));
+    const auto before = TrialsIn(baseline, gate_.plan);
+    const batch::EnvelopeSummary both = BoundariesOf(gate_.plan, before, running.trials);
+    report.envelope = EnvelopeJson(both);
+    report.boundaries = EnvelopeSection(both);
+    report.boundaries->title += ": " + report.condition;
+  }
   report.smallest_loss_noticed =
       statistics::LeastLossSeen({.margin = running.options.margins.success_rate,
                                  .alpha = running.options.alpha,
@@ -261,8 +306,12 @@ Baseline GateRun::Measured() const {
     const Condition& condition = gate_.conditions[i];
     BaselineCondition& c = baseline.conditions.emplace_back(BaselineCondition{
         .name = condition.name, .given = condition.given, .digest = condition.digest});
-    for (const batch::StoredTrial& trial : running_[i].trials)
+    for (const batch::StoredTrial& trial : running_[i].trials) {
       c.outcomes.push_back(batch::TrialOf(trial.record));
+      if (search_) c.outcomes.back().trial = trial.trial;
+    }
+    // In an order that knows of no place: tests that look at trials one by one need that.
+    if (search_) std::ranges::sort(c.outcomes, {}, &batch::ComparedTrial::seed);
     c.trials = static_cast<int>(std::ssize(c.outcomes));
     c.successes =
         static_cast<int>(std::ranges::count_if(c.outcomes, &batch::ComparedTrial::success));
@@ -298,6 +347,7 @@ GateReport ReportOfFile(const std::string& file, const Gate& gate, const Baselin
   for (batch::StoredTrial& trial : store.Trials()) {
     const auto number = gate.plan.NumberOf(trial.parameters, trial.sample);
     if (!number) throw ConfigError(file + ": has trials that are none of this gate");
+    trial.trial = *number;
     trial.cell = gate.plan.Trial(*number).cell;
     run.Add(trial);
   }

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/batch/batch.h"
 #include "experiments/batch/comparison.h"
 #include "experiments/batch/failure_effects.h"
 #include "experiments/batch/result_store.h"
@@ -19,6 +20,7 @@
 #include "experiments/report/report.h"
 #include "experiments/statistics/intervals.h"
 #include "experiments/studies/gate/baseline.h"
+#include "experiments/studies/gate/envelope_gate.h"
 #include "experiments/studies/gate/gate_plan.h"
 #include "sim/base/result_fields.h"
 
@@ -39,10 +41,12 @@ struct ConditionReport {
   std::vector<batch::FailureEffect> effects{};   // of what varies within the condition
   std::vector<int64_t> never_seeds{};            // of trials that ended as none may
   std::vector<batch::ComparedTrial> outcomes{};  // that the verdict rests on, in their order
+  report::Json envelope{};                       // of a plan with ranges (envelope_gate.h)
+  std::optional<report::Section> boundaries{};   // likewise, for people
 
   TURBIDOCK_FIELDS(condition, verdict, trials, successes, interval_95, baseline_trials,
                    baseline_successes, baseline_interval_95, smallest_loss_noticed, changes, flips,
-                   effects, never_seeds, outcomes)
+                   effects, never_seeds, outcomes, envelope)
 };
 
 struct GateReport {
@@ -66,7 +70,8 @@ struct GateProgress {
 
 // Which trials a gate runs, and what they say. It hands out the conditions' samples in turn and
 // takes results in that order whatever order they come in, so that nothing depends on who was
-// quicker; what was run beyond the last trial needed is dropped.
+// quicker; what was run beyond the last trial needed is dropped. Of a plan with ranges a condition
+// has the trials that its baseline's search for the boundary chose.
 class GateRun {
  public:
   // Judges against a baseline; ConfigError for one of another plan or that cannot get worse by the
@@ -94,6 +99,7 @@ class GateRun {
  private:
   struct Running {
     std::optional<BaselineCondition> baseline;
+    std::optional<EnvelopeShift> shift;  // of a plan with ranges
     batch::JudgeOptions options;
     batch::PairedTrials pairs;
     std::vector<batch::StoredTrial> trials;  // that count
@@ -101,15 +107,21 @@ class GateRun {
     int64_t least = 0;  // trials that it takes if nothing changes
   };
 
+  // A condition's trial by its place in the order, and that place.
+  int64_t NumberOf(size_t condition, int64_t place) const;
+  int64_t PlaceOf(size_t condition, const batch::StoredTrial& trial) const;
+
   bool IsDone(const Running& condition) const;
   void Take(size_t condition, const batch::StoredTrial& trial);
   ConditionReport ReportOf(size_t condition) const;
 
   const Gate& gate_;
+  int64_t places_;                               // cells of a condition
+  std::optional<batch::TrialScheduler> search_;  // for the boundary, where that is to be found
   std::string baseline_build_;
   std::vector<Running> running_;                 // by condition
   std::vector<std::string> bundles_;             // likewise: BundleNames
-  int64_t asked_ = 0, taken_ = 0, most_ = 0;     // in turns: sample * conditions + condition
+  int64_t asked_ = 0, taken_ = 0, most_ = 0;     // in turns: place * conditions + condition
   std::map<int64_t, batch::StoredTrial> early_;  // by turn: results that others come before
   bool failed_at_once_ = false;
 };

@@ -17,8 +17,17 @@ namespace fs = std::filesystem;
 
 constexpr const char *kGroup = "gate", *kConditionsKey = "conditions", *kNeverKey = "never";
 
-void ReadSettings(const config::YamlNode& node, auto* settings, config::Origins* origins) {
+// `has_ranges`: the plan, whose boundary is judged then and nothing else.
+void ReadSettings(const config::YamlNode& node, bool has_ranges, auto* settings,
+                  config::Origins* origins) {
   config::ReadFields(node, settings, origins, {kConditionsKey, kNeverKey});
+  if (const auto most = node.Find("max_trials"); most && has_ranges)
+    most->Fail("the plan has ranges: the trials are those that the baseline chose");
+  if (const auto margins = node.Find("margins"))
+    for (const auto& [key, value] : margins->Entries())
+      if ((key == batch::kArea) != has_ranges)
+        value.Fail(has_ranges ? "the plan has ranges: the only margin is `area`"
+                              : "is for a plan with ranges");
   const auto never = node.Find(kNeverKey);
   if (!never) return;
   if (!never->IsList()) never->Fail("must be a list of outcomes");
@@ -50,7 +59,8 @@ std::vector<Condition> ConditionsOf(const batch::Plan& measured, const GateSetti
                                     const config::YamlNode& group, config::Origins* origins) {
   std::vector<Condition> conditions;
   std::vector<std::string> names;
-  for (int64_t cell = 0; cell < measured.cells(); ++cell) {
+  const auto& ranges = measured.envelope();
+  for (int64_t cell = 0; cell < measured.cells(); cell += PlacesOf(measured)) {
     const batch::CellText text = measured.TextOf(cell);
     names.push_back(text.name);
     conditions.push_back({.name = text.name,
@@ -64,10 +74,13 @@ std::vector<Condition> ConditionsOf(const batch::Plan& measured, const GateSetti
       if (found == std::ssize(names))
         node.Fail("the plan has no condition '" + name + "'" + config::DidYouMean(name, names));
       if (node.Find(kConditionsKey)) node.Fail("has no conditions of its own");
-      ReadSettings(node, &conditions[static_cast<size_t>(found)].settings, origins);
+      ReadSettings(node, ranges.has_value(), &conditions[static_cast<size_t>(found)].settings,
+                   origins);
     }
   int tests = 0;
   for (Condition& condition : conditions) {
+    if (ranges && !(condition.settings.margins.area > 0))
+      group.Fail("margins.area: this key is required where a plan has ranges");
     int& most = condition.settings.max_trials;
     if (most == 0) most = measured.settings().seeds;
     if (most > measured.settings().seeds)
@@ -88,6 +101,10 @@ std::vector<Condition> ConditionsOf(const batch::Plan& measured, const GateSetti
 
 }  // namespace
 
+int64_t PlacesOf(const batch::Plan& plan) {
+  return plan.envelope() ? plan.envelope()->points() : 1;
+}
+
 Gate LoadGate(const std::string& name, const trial::Plugins& plugins,
               const std::vector<config::Assignment>& given) {
   const std::string file = config::FindBundled("gates", "gate", name);
@@ -95,14 +112,14 @@ Gate LoadGate(const std::string& name, const trial::Plugins& plugins,
   const batch::PlanOverrides overrides{
       .plugins = plugins,
       .use = kGroup,
-      .refused = {{"precision", "a gate runs until its own tests know"}, batch::kNoRanges}};
+      .refused = {{"precision", "a gate runs until its own tests know"}}};
   const batch::Plan measured(node, overrides);
   const auto group = node.Find(kGroup);
   if (!group)
     throw ConfigError(file + ": gate: this key is required: a gate's baseline and margins");
   GateSettings settings;
   config::Origins origins;
-  ReadSettings(*group, &settings, &origins);
+  ReadSettings(*group, measured.envelope().has_value(), &settings, &origins);
   if (settings.baseline.empty()) group->Fail("needs the key baseline");
   std::vector<Condition> conditions = ConditionsOf(measured, settings, *group, &origins);
   config::CheckSettings(settings, origins);

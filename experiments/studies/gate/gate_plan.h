@@ -17,6 +17,10 @@
 //     never: [collision]                    # one such trial fails the gate at once
 //     conditions:                           # what a condition has of its own
 //       moderate sea: {max_trials: 60, margins: {success_rate: 0.15}}
+//
+// Where the plan has `ranges`, a condition is a whole envelope: its baseline looks for the
+// boundary, and those very trials run again. margins: {area: 0.05} is the share of the ranges whose
+// loss matters (envelope_gate.h).
 
 #include <cstdint>
 #include <string>
@@ -68,7 +72,7 @@ struct GateSettings : ConditionSettings {
 };
 
 struct Condition {
-  std::string name;    // of the cell: its case, "sea.state=calm"
+  std::string name;    // of the cell, or of all that differ in ranges: its case, "sea.state=calm"
   std::string given;   // what the plan gives its trials, for people
   std::string digest;  // of that and the content of the files that it names
   ConditionSettings settings{};
@@ -85,9 +89,12 @@ struct Condition {
 struct Gate {
   GateSettings settings;
   batch::Plan plan;
-  std::vector<Condition> conditions;     // by cell
+  std::vector<Condition> conditions;     // by cell / PlacesOf(plan)
   std::vector<std::string> assignments;  // of the command line: not the build as it is
 };
+
+// Cells of a condition: 1, or those of the lattice over a plan's ranges.
+int64_t PlacesOf(const batch::Plan& plan);
 
 // Reads a gate: a YAML file or the name of a bundled one. `given`, of the command line, counts over
 // what the plan sets, as if the build had it so. ConfigError for whatever is wrong in it.

@@ -177,6 +177,8 @@ report::Report ReportOf(const GateReport& report,
   shown.sections.push_back(batch::ChangeSection(changes, sides));
   shown.sections.push_back(batch::FlipSection(flips, sides));
   for (const ConditionReport& c : report.conditions)
+    if (c.boundaries) shown.sections.push_back(*c.boundaries);
+  for (const ConditionReport& c : report.conditions)
     if (auto section = batch::FailureSection(c.effects)) {
       section->title += ": " + c.condition;
       shown.sections.push_back(*section);
