@@ -28,7 +28,8 @@ batch::JudgeOptions OptionsOf(const Condition& condition, const BaselineConditio
           "{}: the baseline succeeds often enough in {:.3g} of the ranges; it cannot lose {:g}",
           condition.name, shift->area(), area));
     options.max_trials = baseline.trials;
-    options.margins.success_rate = shift->SuccessLost(area);
+    options.margins.success_rate =
+        std::max(statistics::kLeastProbability, shift->SuccessLost(area));
   }
   if (baseline.successes <= options.margins.success_rate * baseline.trials)
     throw ConfigError(fmt::format(

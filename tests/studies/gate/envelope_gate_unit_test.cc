@@ -61,6 +61,11 @@ TEST_F(EnvelopeGate, WhatDoesAsBeforePassesAndALossFails) {
     EXPECT_LT(area.interval_95->low, -0.15);
     EXPECT_GT(area.interval_95->high, -0.15);
     EXPECT_LT(area.interval_95->high, 0);
+    const batch::Change& success = lost.conditions[i].changes.at(0);
+    const EnvelopeShift shift(gate.plan, baseline.conditions[i]);
+    EXPECT_EQ(*area.difference, -shift.AreaLost(-*success.difference));
+    EXPECT_EQ(*area.b, *area.a + *area.difference);
+    EXPECT_EQ(*success.margin, shift.SuccessLost(0.05));
     EXPECT_EQ(lost.conditions[i].flips.size(), static_cast<size_t>(area.worse));
   }
 }
