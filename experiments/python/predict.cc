@@ -76,9 +76,11 @@ vehicle::Scene OpenWater(const Scenario& scenario) {
 // A vehicle that flies windows of a log.
 class Flyer {
  public:
-  Flyer(const vehicle::Scene& scene, const Scenario& scenario, const control::Playback& commands)
+  Flyer(const vehicle::Scene& scene, const Scenario& scenario, const control::Playback& commands,
+        double sag_per_s)
       : clock_(scenario.clock),
         commands_(commands),
+        sag_per_s_(sag_per_s),
         kinds_(scenario.vehicle.thrusters.Of(vehicle::NamesOf(scene.thrusters), "thrusters")),
         plant_(scene, WithoutDeadTime(scenario.vehicle), scenario.clock,
                trial::SeaOf(scenario, SeedTree(0).Stream("sea"))) {
@@ -127,8 +129,10 @@ class Flyer {
     return params;
   }
 
-  // Where a command changes within a tick, what has the mean of the thrusts.
+  // Where a command changes within a tick or thrust sags, what has the mean of the thrusts that are
+  // left.
   ThrusterCommand CommandNow() const {
+    const double left = std::clamp(1 - sag_per_s_ * plant_.time_s(), 0.0, 1.0);
     ThrusterCommand command;
     command.volts.resize(kinds_.size());
     std::vector<control::Playback::Part> parts;
@@ -138,16 +142,17 @@ class Flyer {
         parts = commands_.Within(sent_s, sent_s + clock_.dt_s());
       }
       command.volts[i] = parts.front().command->volts[i];
-      if (parts.size() == 1) continue;
+      if (parts.size() == 1 && left == 1) continue;
       double newton = 0;
       for (const auto& [share, part] : parts) newton += share * kinds_[i].Thrust(part->volts[i]);
-      command.volts[i] = kinds_[i].Volts(newton);
+      command.volts[i] = kinds_[i].Volts(left * newton);
     }
     return command;
   }
 
   ClockParams clock_;
   const control::Playback& commands_;
+  double sag_per_s_;
   std::vector<vehicle::ThrusterKind> kinds_;
   vehicle::Plant plant_;
   int64_t warm_up_ticks_ = 0;
@@ -155,9 +160,9 @@ class Flyer {
 
 // Flights of one model follow each other. Each thread takes some of them at a time: which thread
 // does what changes no result.
-void FlyAll(const std::vector<Scenario>& models, const vehicle::Scene& scene,
-            const control::Playback& commands, const std::vector<Window>& windows, int workers,
-            std::vector<Flight>* flights) {
+void FlyAll(const std::vector<Scenario>& models, const std::vector<double>& sag_per_s,
+            const vehicle::Scene& scene, const control::Playback& commands,
+            const std::vector<Window>& windows, int workers, std::vector<Flight>* flights) {
   constexpr size_t kAtATime = 16;
   std::atomic<size_t> next = 0;
   std::mutex mutex;
@@ -169,7 +174,7 @@ void FlyAll(const std::vector<Scenario>& models, const vehicle::Scene& scene,
         for (size_t i = begin; i < std::min(begin + kAtATime, flights->size()); ++i) {
           Flight& flight = (*flights)[i];
           if (!flyer || flight.model != (*flights)[i - 1].model)
-            flyer.emplace(scene, models[flight.model], commands);
+            flyer.emplace(scene, models[flight.model], commands, sag_per_s[flight.model]);
           flyer->Fly(windows[flight.window], &flight);
         }
       }
@@ -224,8 +229,9 @@ std::vector<Flight> FlightsOf(const Indices& model, const Indices& window, const
 std::vector<py::array> Predict(const std::vector<Scenario>& models, const py::dict& commands,
                                const Numbers& begin_s, const std::vector<Numbers>& times_s,
                                const Indices& model, const Indices& window, const Numbers& state,
-                               int workers) {
+                               int workers, std::vector<double> sag_per_s) {
   if (models.empty() || workers < 1) throw py::value_error("a model and a worker at least");
+  sag_per_s.resize(models.size());
   const config::NumberTable table = TableOf(commands);
   const std::vector<Window> windows = WindowsOf(begin_s, times_s);
   std::vector<Flight> flights = FlightsOf(model, window, state, models.size(), windows.size());
@@ -235,7 +241,7 @@ std::vector<py::array> Predict(const std::vector<Scenario>& models, const py::di
     const control::VehicleModel known = trial::ModelOf(models[0].known_vehicle, scene);
     const control::Playback playback(trial::CommandsIn(table, "commands", known),
                                      known.thrusters.size());
-    FlyAll(models, scene, playback, windows, workers, &flights);
+    FlyAll(models, sag_per_s, scene, playback, windows, workers, &flights);
   }
   std::vector<py::array> states;
   states.reserve(flights.size());
@@ -274,7 +280,9 @@ void AddPredict(py::module_* module) {
   module->def("thrusters", &trial::ThrusterNamesOf);
   module->def("authority", &Authority);
   module->def("commands", &Commands);
-  module->def("predict", &Predict);
+  module->def("predict", &Predict, py::arg("models"), py::arg("commands"), py::arg("begin_s"),
+              py::arg("times_s"), py::arg("model"), py::arg("window"), py::arg("state"),
+              py::arg("workers"), py::arg("sag_per_s") = std::vector<double>());
 }
 
 }  // namespace turbidock::python

@@ -215,7 +215,8 @@ def true_values(truth):
                "thrust.exponent": truth["exponent"], "thrust.lag": truth["lag"], "thrust.inflow_loss": INFLOW,
                "delay.pose": truth["late"], "delay.drift": 0.0, "delay.onboard": truth["late"], "water.x": truth["current"][0],
                "water.y": truth["current"][1], "thrust.lag_power": 2.0 if truth["kind"] == "speed lag" else 1.0,
-               "thrust.sag": truth["sag"]}
+               "thrust.sag": truth["sag"], "tether.drag": truth["tether"][0] if truth["tether"] else 0.0}
+    values |= {f"tether.pull_{axis}": truth["tether"][1][i] if truth["tether"] else 0.0 for i, axis in enumerate("xy")}
     values |= {f"lever.{axis}": truth["lever"][i] for i, axis in enumerate(("ahead", "left", "above"))}
     return values | {f"added_mass.{AXES[i]}_{AXES[j]}": truth["couplings"][i, j] for i, j in ((0, 4), (1, 3), (1, 5), (2, 4))}
 
@@ -248,7 +249,8 @@ def judged(truth, table, scenario, **options):
 
 
 # What a doubted fit should be offered.
-OFFERS = {"current": {"water": "steady"}, "lever arm": {"find": ["lever_arm"]}, "off-diagonal": {"find": ["couplings"]}}
+OFFERS = {"current": {"water": "steady"}, "lever arm": {"find": ["lever_arm"]}, "off-diagonal": {"find": ["couplings"]},
+          "tether": {"find": ["tether"]}, "battery": {"find": ["sag"]}}
 
 
 def main():

@@ -139,3 +139,35 @@ def test_tables_of_spreadsheets(tmp_path):
                         (b"time_s,depth_m,depth_m\n0,1,7\n", "has column depth_m twice")):
         with pytest.raises(turbidock.ConfigError, match=f"log.csv:1: {words}$"):
             read(text)
+
+
+@pytest.mark.parametrize("kind, find, name", [("tether", "tether", "tether.drag"), ("battery", "sag", "thrust.sag")])
+def test_a_tether_and_a_battery_that_sags_are_offered_by_name(tmp_path, kind, find, name):
+    """Of logs by a simulator that is not ours. Its cable drags along itself as well, which ours does not."""
+    import logs_coverage
+    from turbidock.logs import identify
+
+    truth, table = logs_coverage.logs_of([kind], [600], 40)[0]
+    scenario = turbidock.Scenario("pool_active", settings={"vehicle_model": str(logs_coverage.vehicle_files(tmp_path))})
+    doubt = identify.fit(table, scenario, workers=2).doubt
+    assert f"--find {find}" in doubt and float(doubt.split(f"{name} ")[1].split()[0]) == pytest.approx(
+        logs_coverage.true_values(truth)[name], rel=0.3)
+    if kind == "battery":
+        fit = identify.fit(table, scenario, find=["sag"], workers=2)
+        low, high = fit.interval(name)
+        assert not fit.doubt and fit.told(name) and low <= truth["sag"] <= high
+
+
+def test_thrust_that_sags_is_that_of_weaker_thrusters(scenario):
+    """A second of it, about when half is left, and the loss by the log's end in a problem of a log."""
+    names = _core.thrusters(scenario._cpp)
+    commands = {"time_s": np.arange(70) / 10} | {f"{name}_v": np.full(70, 4.0 if name == names[0] else 2.5) for name in names}
+    begin, none = np.eye(1, 13, 3), np.zeros(1, np.int64)
+    begin[0, 2] = -5
+
+    def way(sag_per_s, share):
+        model = turbidock.Scenario("pool_active", settings={
+            "vehicle.thrusters.max_thrust_newton": share * scenario["vehicle"]["thrusters"]["max_thrust_newton"]})
+        return _core.predict([model._cpp], commands, np.array([5.0]), [np.array([6.0])], none, none, begin, 1, [sag_per_s])[0][0, 7]
+
+    assert way(0.1, 1) == pytest.approx(way(0, 0.45), rel=0.02) and way(0, 1) > 1.5 * way(0.1, 1)

@@ -64,9 +64,8 @@ def without_repeats(table: Motion, name: str) -> tuple[Motion, list[str]]:
 def check_velocity(position: Track, attitude: Track, velocity: Track, stretches: Sequence[tuple[float, float]], noise_m: float,
                    name: str) -> None:
     """ConfigError for velocities that are not those of the positions."""
-    tries = {"B's axes": lambda q, v: rotated(q, v), "the world's axes": lambda q, v: v,
-             "axes ahead, right, down": lambda q, v: rotated(q, v * DOWN), "the world's axes, z down": lambda q, v: v * DOWN,
-             "axes astern, right, up": lambda q, v: rotated(q, -v * [1, 1, -1])}
+    tries = {"B's axes": rotated, "the world's axes": lambda q, v: v, "axes ahead, right, down": lambda q, v: rotated(q, v * DOWN),
+             "the world's axes, z down": lambda q, v: v * DOWN, "axes astern, right, up": lambda q, v: rotated(q, -v * [1, 1, -1])}
     found = _least(tries, position, attitude, velocity, stretches, False)
     if "B's axes" not in found:
         return
@@ -131,8 +130,7 @@ def _compared(place: Track, attitude: Track, rate: Track, stretches: Sequence[tu
             continue
         q = _at(attitude, t)
         rates = turn(q, _at(rate, t + shift_s))
-        way = np.cumsum(0.05 * (rates[1:] + rates[:-1]), axis=0)
-        way = np.concatenate([np.zeros((1, 3)), way])
+        way = np.concatenate([np.zeros((1, 3)), np.cumsum(0.05 * (rates[1:] + rates[:-1]), axis=0)])
         ways.append(way[count:] - way[:-count])
         there = _at(place, t)
         if there.shape[1] == 4:  # how it turned, step by step, along B's axes

@@ -113,6 +113,5 @@ def rig_text(info: Any, topic: str) -> str:
         matrix[row:2 * row] = [value / down for value in matrix[row:2 * row]]
     model, D = info.distortion_model or "plumb_bob", D or [0.0] * 5
     return (f"# from {topic}\nimage_width: {width // across}\nimage_height: {height // down}\ndistortion_model: {model}\n"
-            + "".join(f"{key}: {{rows: {rows}, cols: {len(values) // rows}, data: {values}}}\n" for key, rows, values in
-                      (("camera_matrix", 3, K), ("distortion_coefficients", 1, D), ("rectification_matrix", 3, R),
-                       ("projection_matrix", 3, P))))
+            + "".join(f"{key}: {{rows: {rows}, cols: {len(values) // rows}, data: {values}}}\n" for key, rows, values in (
+                ("camera_matrix", 3, K), ("distortion_coefficients", 1, D), ("rectification_matrix", 3, R), ("projection_matrix", 3, P))))

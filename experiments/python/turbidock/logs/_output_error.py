@@ -122,10 +122,11 @@ class Problem:
                 order = np.argsort(joined, kind="stable")
                 times.append(joined[order])
                 orders.append((order, np.cumsum([0] + [len(one) for one in by_sensor])))
+            sag = [values[model].get("thrust.sag", 0.0) / log.command_times[-1] for model in used_models]
             asked = (np.array([parts[part].window.begin_s for part in used]), times, np.array([used_models.index(flights[i][0]) for i in mine]),
                      np.array([used.index(flights[i][1]) for i in mine]), np.array([flights[i][2] for i in mine]).reshape(-1, STATE))
             states, *finer = [_core.predict([self._model(log, models[model], ticks) for model in used_models], log.commands, *asked,
-                                            self.workers) for ticks in ((FEWER_TICKS,) if coarse else (FEWER_TICKS, TICKS))]
+                                            self.workers, sag) for ticks in ((FEWER_TICKS,) if coarse else (FEWER_TICKS, TICKS))]
             if finer:
                 states = [(TICKS * fine - FEWER_TICKS * rough) / (TICKS - FEWER_TICKS) for fine, rough in zip(finer[0], states)]
             for i, simulated in zip(mine, states):

@@ -13,9 +13,11 @@ from ..scenario import Scenario, assignments_of
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 # What logs often have besides, and how a fit is asked for it.
 FINDS = {"current": "a steady current (--water steady)", "lever_arm": "poses of another point than B (--find lever_arm)",
-         "couplings": "added mass off the diagonal (--find couplings)"}
+         "couplings": "added mass off the diagonal (--find couplings)", "tether": "a tether (--find tether; sea.tether of a scenario)",
+         "sag": "thrust that falls over the log, a battery that sags (--find sag, or fit the log's first part)"}
 COUPLINGS = ((0, 4), (1, 3), (1, 5), (2, 4))  # those of a hull that is alike on both sides, or nearly
 GRAVITY_MPS2 = 9.81
+UP_NEWTON = 10.0  # pull of a tether's float, which is the tether's weight
 
 
 @dataclass(frozen=True)
@@ -48,10 +50,10 @@ class Parameter:
         return last if last in AXES else ""
 
 
-def parameters_of(scenario: Scenario, *, thrust_std: float = 0, find: Collection[str] = (), onboard: bool = False
-                  ) -> list[Parameter]:
+def parameters_of(scenario: Scenario, *, thrust_std: float = 0, find: Collection[str] = (),
+                  delays: Collection[str] = ("delay.pose",)) -> list[Parameter]:
     """Those of the scenario's vehicle; their values before are `vehicle`'s. `thrust_std`: relative, of all thrust together, which no log
-    of motion alone tells. `find`: of FINDS. `onboard`: the log has motion by sensors on the commands' clock besides poses."""
+    of motion alone tells. `find`: of FINDS. `delays`: of poses, of sensors on the commands' clock."""
     vehicle = plain_vehicle(scenario)
     hydro, thrusters, body = vehicle["hydrodynamics"], vehicle["thrusters"], vehicle["rigid_body"]
     mass = float(body["mass_kg"])
@@ -79,10 +81,9 @@ def parameters_of(scenario: Scenario, *, thrust_std: float = 0, find: Collection
     if thrusters["lag_s"] > 0:
         found += [Parameter("thrust.lag", "s", float(thrusters["lag_s"]), 0.5, True, 0, 10),
                   Parameter("thrust.lag_power", "", float(thrusters["lag_power"]), 0.5, True, 0.5, 4)]
-    found += [Parameter("thrust.inflow_loss", "s/m", float(thrusters["inflow_loss_s_per_m"]), 0.5, True, 0, 10),
-              Parameter("delay.pose", "s", 0, 0.1, False), Parameter("delay.drift", "s/s", 0, 1e-4, False)]
-    if onboard:
-        found.append(Parameter("delay.onboard", "s", 0, 0.1, False))
+    found.append(Parameter("thrust.inflow_loss", "s/m", float(thrusters["inflow_loss_s_per_m"]), 0.5, True, 0, 10))
+    found += [Parameter("delay.pose", "s", 0, 0.1, False), Parameter("delay.drift", "s/s", 0, 1e-4, False)] if "delay.pose" in delays else []
+    found += [Parameter("delay.onboard", "s", 0, 0.1, False)] if "delay.onboard" in delays else []
     return [parameter for parameter in found if parameter.before != 0 or not parameter.scale] + [
         parameter for name in find for parameter in parameters_to_find(name, hydro["added_mass_diagonal"])]
 
@@ -93,6 +94,11 @@ def parameters_to_find(name: str, added_mass: Sequence[float]) -> list[Parameter
         return [Parameter(f"water.{axis}", "m/s", 0, 0.05, False) for axis in "xy"]
     if name == "lever_arm":  # of the point in B
         return [Parameter(f"lever.{axis}", "m", 0, 0.1, False) for axis in ("ahead", "left", "above")]
+    if name == "tether":
+        return [Parameter("tether.drag", "N s^2/m^2", 0, 10, False, 0, 50),
+                *(Parameter(f"tether.pull_{axis}", "N", 0, 2, False, -50, 50) for axis in "xy")]
+    if name == "sag":  # share of the thrust that is gone at the log's end
+        return [Parameter("thrust.sag", "", 0, 0.1, False, 0, 0.9)]
     most = [float(np.sqrt(added_mass[i] * added_mass[j])) for i, j in COUPLINGS]
     return [Parameter(f"added_mass.{AXES[i]}_{AXES[j]}", "kg m", 0, 0.25 * bound, False, -0.7 * bound, 0.7 * bound)
             for (i, j), bound in zip(COUPLINGS, most) if bound > 0]
@@ -155,6 +161,12 @@ def scenario_with(scenario: Scenario, values: Mapping[str, float], vehicle: Mapp
     settings = {f"vehicle.{key}": value for key, value in data_of(vehicle or plain_vehicle(scenario), values).items()}
     if "water.x" in values and not scenario["sea.current.series"]:  # which the log measured
         settings["sea.current.surface_velocity_mps"] = [values["water.x"], values["water.y"], 0.0]
+    if "tether.drag" in values:  # up to a float that carries it, so far off that its pull stays
+        pull, far_m = np.array([values["tether.pull_x"], values["tether.pull_y"], UP_NEWTON]), 1e5
+        tether = {"enabled": True, "p_WAnchor_m": (far_m / UP_NEWTON * pull).tolist(), "length_m": 20, "diameter_m": 0.008,
+                  "water_density_kg_m3": 1000, "drag_coefficient": values["tether.drag"] / 10, "net_weight_newton_per_m": UP_NEWTON / 10,
+                  "stiffness_newton_per_m": UP_NEWTON / far_m, "stretch_damping_newton_s_per_m": 0}
+        settings |= {f"sea.tether.{key}": value for key, value in tether.items()}
     made._cpp.set(assignments_of(settings))
     return made
 

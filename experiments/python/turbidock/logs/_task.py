@@ -51,10 +51,8 @@ class Task:
         check_once([os.fspath(log) for log in given if not isinstance(log, Mapping)])
         self.folder = tempfile.TemporaryDirectory(prefix="turbidock_")
         scenarios = [still(self.scenario, self._series(log)) for log in self.logs]
-        onboard = any(sensor.delay == "delay.onboard" for log in self.logs for sensor in log.sensors)
-        posed = any(sensor.delay == "delay.pose" for log in self.logs for sensor in log.sensors)
-        self.parameters = [each for each in parameters_of(self.scenario, thrust_std=thrust_std, find=self.find, onboard=onboard)
-                           if posed or each.name not in ("delay.pose", "delay.drift")]
+        delays = {sensor.delay for log in self.logs for sensor in log.sensors}
+        self.parameters = parameters_of(self.scenario, thrust_std=thrust_std, find=self.find, delays=delays)
         for log, made in zip(self.logs, scenarios):
             self._align(log, made, workers or 1)
             self._check_wiring(log, made, workers or 1)
@@ -133,9 +131,9 @@ def _cost_before(problem: Problem, log: Log, window_s: float) -> float:
     if not parts:
         return np.inf
     simulated = problem.fly(parts, np.zeros(0), [(0, i, part.state) for i, part in enumerate(parts)], [np.zeros(0)], coarse=True)
-    return float(np.mean([np.linalg.norm(errors(sensor.kind, states[sensor.kind], sensor.values[part.window.rows[sensor.kind]]),
-                                         axis=1).mean() / sensor.std
-                          for part, states in zip(parts, simulated) for sensor in log.sensors]))
+    off = [(errors(sensor.kind, states[sensor.kind], sensor.values[part.window.rows[sensor.kind]]), sensor.std)
+           for part, states in zip(parts, simulated) for sensor in log.sensors]
+    return float(np.mean([np.linalg.norm(each, axis=1).mean() / std for each, std in off]))
 
 
 def fitted(windows: Sequence[Window], held_out: float) -> int:

@@ -258,9 +258,8 @@ def _settings(topics: Union[Path, Mapping[str, Any]]
         for column in (column for _, columns in parts for column in columns):
             if column not in COLUMNS and not str(column).endswith(COMMANDS):
                 raise ConfigError(f"{name}: {path}: {column} is no column of a table of motion")
-        entries.append(_Entry(key, topic[0], parts, bool(field),
-                              number(entry.get("scale", 1), f"{path}.scale"), number(entry.get("offset", 0), f"{path}.offset"),
-                              one_of(entry.get("axes", "flu"), f"{path}.axes", ("flu", "frd")) == "frd",
+        factors = [number(entry.get(word, default), f"{path}.{word}") for word, default in (("scale", 1), ("offset", 0))]
+        entries.append(_Entry(key, topic[0], parts, bool(field), *factors, one_of(entry.get("axes", "flu"), f"{path}.axes", ("flu", "frd")) == "frd",
                               one_of(entry.get("clock", clock), f"{path}.clock", ("stamp", "log"))))
     if not entries and not sided["images"]:
         raise ConfigError(f"{name}: names neither images nor motion")
@@ -368,8 +367,7 @@ def estimate_bag(folder: Path, file: Path = "", *, marker: Path = "", settings: 
     with open(at / "times.csv", newline="") as text:
         pairs = list(csv.DictReader(text))
     words = [*(word for side in SIDES for word in (f"--{side}", str(at / side), "--rig", str(at / f"{side}.yaml"))),
-             *(["--marker", os.fspath(marker)] if marker else []),
-             *(word for each in assignments_of(settings) for word in ("--set", each))]
+             *(["--marker", os.fspath(marker)] if marker else []), *(word for each in assignments_of(settings) for word in ("--set", each))]
     done = subprocess.run([PROGRAM, "estimate", *words, "--json", "--quiet"], capture_output=True, text=True)
     if done.returncode:
         raise ConfigError(done.stderr.strip().splitlines()[-1].removeprefix("turbidock: ") if done.stderr.strip() else

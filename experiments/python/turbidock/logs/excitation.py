@@ -35,7 +35,7 @@ def plan(scenario: Scenario | Path, *, duration_s: float = 60, pool_m: tuple[flo
         raise _core.ConfigError(f"an experiment of {duration_s:g} s: it takes blocks of {BLOCK_S:g} s")
     made = still(scenario_of(scenario))
     made._cpp.set(["clock.ticks_per_frame=4"])  # of 120 Hz or so: quick, and near enough to choose by
-    parameters = [p for p in parameters_of(made) if not p.name.startswith("delay.")]
+    parameters = parameters_of(made, delays=())
     blocks = list(_candidates(made, most_thrust))
     simulated = [_fly(made, block) for block in blocks]
     room = 0.5 * np.array(pool_m)

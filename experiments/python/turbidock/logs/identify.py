@@ -47,8 +47,7 @@ LEAD_S = 4.0  # of a held-out window, from which its state is known
 AHEAD_S = 5.0  # of its prediction
 NO_OFFER = ("; none of what logs often have explains it: where the water moves, log it as water_x_mps, water_y_mps, water_z_mps, or fly "
             "where it stands")
-UNITS = {"position": "x, y, z [m]", "attitude": "roll, pitch, yaw [rad]", "velocity": "surge, sway, heave [m/s]",
-         "turn_rate": "turn rates [rad/s]", "depth": "depth [m]"}
+UNITS = {"position": "m", "attitude": "rad", "velocity": "m/s", "turn_rate": "rad/s", "depth": "m"}
 
 
 @dataclass
@@ -187,7 +186,7 @@ class Fit:
                 whole.plot(measured[:, i], ".", color=color, markersize=3)
                 whole.plot(predicted[:, i], color=color, linewidth=0.8)
                 left.plot(off[:, i], ".", color=color, markersize=2)
-            whole.set_title(f"{UNITS[kind]}: dots measured, lines predicted")
+            whole.set_title(f"{kind} [{UNITS[kind]}]: dots measured, lines predicted")
             left.set_title("predicted less measured")
             for sign in (-2, 2):
                 left.axhline(sign * self.noise[kind], color="0.6", linewidth=0.8)
@@ -267,22 +266,17 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
                [max((sensor.offset_s for sensor in log.sensors), key=abs) for log in task.logs], doubt)
 
 
-def _left(task: Task, std: dict[str, float]) -> tuple[float, str]:
-    """By how many times its own noise what is left of a sensor is at most, and of which."""
-    return max((each / task.own_noise(kind), kind) for kind, each in std.items())
-
-
 def _doubt(task: Task, parts: list[Part], z: Numbers, linear: Sequence[Linear], apart: float) -> str:
     """Why a fit is not to be believed, and what of the usual lacks explains it."""
-    return ("what is left of {1} is {0:.1f} times the log's own noise".format(*_left(task, task.problem.std)) + " and hangs together over "
-            f"{correlation_time(linear):.1f} rows, and windows of {WINDOW_S:g} s contradict each other: the model lacks something"
-            + _offer(task, parts, z, apart))
+    left, kind = max((std / task.own_noise(kind), kind) for kind, std in task.problem.std.items())
+    return (f"what is left of {kind} is {left:.1f} times the log's own noise and hangs together over {correlation_time(linear):.1f} rows, and "
+            f"windows of {WINDOW_S:g} s contradict each other: the model lacks something" + _offer(task, parts, z, apart))
 
 
 def _offer(task: Task, parts: list[Part], z: Numbers, apart: float) -> str:
     """Which of the usual lacks explains most of what is left: that with the largest gain of the likelihood by a linear step, less
-    what as many parameters gain from noise (a score test; Schwarz 1978), if in a fit with it windows agree more, most of what is
-    left beyond noise goes, and a value is beyond its own interval."""
+    what as many parameters gain from noise (a score test; Schwarz 1978), if in a fit with it windows agree more, most of the cost
+    beyond noise goes, and a value is beyond its own interval."""
     added_mass = plain_vehicle(task.scenario)["hydrodynamics"]["added_mass_diagonal"]
     more = {name: parameters_to_find(name, added_mass) for name in FINDS if name not in task.find}
     problem = task.with_more([parameter for each in more.values() for parameter in each])
@@ -301,10 +295,11 @@ def _offer(task: Task, parts: list[Part], z: Numbers, apart: float) -> str:
         return NO_OFFER
     problem = task.with_more(more[best])
     slopes = [{kind: (by_z[:, tried[best]], by_state) for kind, (by_z, by_state) in each.items()} for each in slopes]
-    with_it, reduced, linear = solve(problem, parts, np.append(z, np.zeros(len(more[best]))), most=2, enough=LEADS_ON, slopes=slopes)
-    after, (covariance, wider) = disagreement(linear, reduced), covariance_of(linear, reduced)
+    with_it, reduced, solved = solve(problem, parts, np.append(z, np.zeros(len(more[best]))), most=2, enough=LEADS_ON, slopes=slopes)
+    after, (covariance, wider) = disagreement(solved, reduced), covariance_of(solved, reduced)
     sure = (wider * np.sqrt(np.diag(covariance)))[known:]
-    unexplained = [max(_left(task, std)[0]**2 - 1, 0.0) for std in (noise(problem, linear, parts), task.problem.std)]
+    by_noise = sum(raw.size * (task.own_noise(kind) / problem.std[kind])**2 for one in linear for kind, raw in one.raw.items())
+    unexplained = [max(sum(one.cost for one in each) - by_noise, 0) for each in (solved, linear)]
     explains = after < 0.5 * apart and unexplained[0] <= 0.5 * unexplained[1] and (abs(with_it[known:]) > SURE * sure).any()
     values = ", ".join(f"{one.name} {one.value(to):.3g} {one.unit}" for one, to in zip(more[best], with_it[known:]))
     return NO_OFFER if not explains else f"; with {FINDS[best]} they agree{'' if after < SURE else ' more'}: {values}"
@@ -401,9 +396,8 @@ def _do(given: argparse.Namespace) -> int:
         write_motion(made, given.out)
         (far_m, newton), most_m = drift(scenario, made), 0.5 * given.pool[2]
         if far_m > most_m:
-            print(f"{given.out}: its buoyancy is known to {newton:.1f} N: flown open loop it may rise or sink by {far_m:.1f} m, and "
-                  f"{most_m:g} m are free. Trim it to {newton * most_m / far_m:.2g} N first, or "
-                  "hold depth besides and log what the thrusters get")
+            print(f"{given.out}: its buoyancy is known to {newton:.1f} N: flown open loop it may rise or sink by {far_m:.1f} m, and {most_m:g} m "
+                  f"are free. Trim it to {newton * most_m / far_m:.2g} N first, or hold depth besides and log what the thrusters get")
         return 0
     for file in (getattr(given, "out", None), getattr(given, "plot", None)):
         if file and not os.path.isdir(os.path.dirname(file) or "."):

@@ -108,8 +108,8 @@ class McapFile(contextlib.AbstractContextManager["McapFile"]):
     def write_transforms(self, topic: str, log_ns: int, *transforms: tuple[str, str, Place, int]) -> None:
         """Parent, child, pose of the child in the parent, and the moment of each."""
         self.write(topic, FrameTransforms_pb2.FrameTransforms(transforms=[
-            FrameTransform_pb2.FrameTransform(timestamp=stamp(at), parent_frame_id=parent, child_frame_id=child,
-                                              translation=(pose := _pose(p)).position, rotation=pose.orientation)
+            FrameTransform_pb2.FrameTransform(timestamp=stamp(at), parent_frame_id=parent, child_frame_id=child, translation=_vector(*p[:3]),
+                                              rotation=_pose(p).orientation)
             for parent, child, p, at in transforms]), log_ns)
 
     def write_pose(self, topic: str, pose: Place, log_ns: int, stamp_ns: int) -> None:
@@ -349,8 +349,8 @@ def _write_trial(out: McapFile, model: Mapping[str, Any], rows: Motion, stages: 
     for i, stage in enumerate(stages):
         at, image_at, frame = round(1e9 * rows["time_s"][i]), round(1e9 * rows["image_time_s"][i]), int(rows["frame"][i])
         pose = {of: [float(rows[column][i]) for column in columns] for of, columns in poses.items()}
-        out.write_transforms("/tf", at, ("world", "vehicle", pose["vehicle"], at),
-                             ("world", "marker", _compose(_compose(pose["vehicle"], scene["X_BH"]), pose["true"]), at),
+        marker = _compose(_compose(pose["vehicle"], scene["X_BH"]), pose["true"])
+        out.write_transforms("/tf", at, ("world", "vehicle", pose["vehicle"], at), ("world", "marker", marker, at),
                              ("camera_head", "marker_estimated", pose["est"], image_at))
         out.write_pose("/estimate", pose["est"], at, image_at)
         out.write_pose("/truth", pose["true"], at, at)
