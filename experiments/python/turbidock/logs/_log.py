@@ -86,8 +86,7 @@ class Log:
         self.commands: Motion = {"time_s": self.command_times} | {
             f"{thruster}_v": volts for thruster, volts in zip(_core.thrusters(scenario._cpp), self.volts.T)}
         self.sensors = _sensors(table, time_s, name)
-        self.water = has(table, WATER)
-        self.table = table
+        self.water, self.table = has(table, WATER), table
         if self.sensor("attitude") is None:
             raise _core.ConfigError(f"{name}: has no attitude: vehicle_qw to vehicle_qz, or roll_rad, pitch_rad, yaw_rad")
         if self.sensor("position") is None and self.sensor("velocity") is None:

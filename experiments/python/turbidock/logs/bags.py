@@ -258,8 +258,9 @@ def _settings(topics: Union[Path, Mapping[str, Any]]
         for column in (column for _, columns in parts for column in columns):
             if column not in COLUMNS and not str(column).endswith(COMMANDS):
                 raise ConfigError(f"{name}: {path}: {column} is no column of a table of motion")
-        factors = [number(entry.get(word, default), f"{path}.{word}") for word, default in (("scale", 1), ("offset", 0))]
-        entries.append(_Entry(key, topic[0], parts, bool(field), *factors, one_of(entry.get("axes", "flu"), f"{path}.axes", ("flu", "frd")) == "frd",
+        entries.append(_Entry(key, topic[0], parts, bool(field),
+                              number(entry.get("scale", 1), f"{path}.scale"), number(entry.get("offset", 0), f"{path}.offset"),
+                              one_of(entry.get("axes", "flu"), f"{path}.axes", ("flu", "frd")) == "frd",
                               one_of(entry.get("clock", clock), f"{path}.clock", ("stamp", "log"))))
     if not entries and not sided["images"]:
         raise ConfigError(f"{name}: names neither images nor motion")
