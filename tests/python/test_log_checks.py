@@ -1,11 +1,12 @@
 """Logs that make no sense are refused with the column, both figures, and what would fit; a driver's zeros are no measurement."""
 
 import numpy as np
+import pandas
 import pytest
 
 import turbidock
 from turbidock import _core, _rotation
-from turbidock.logs import _log
+from turbidock.logs import _log, identify
 from turbidock.logs.motion import POSITION, QUATERNION, TURN_RATE, VELOCITY, read_motion
 
 TIME_S = np.arange(0, 30, 0.05)
@@ -107,14 +108,23 @@ def test_wiring_and_poses_that_are_written_otherwise_are_named(scenario):
     begin = np.zeros((1, 13))
     begin[0, 2], begin[0, 3] = -5, 1
     none = np.zeros(1, np.int64)
-    states = _core.predict([still(scenario)._cpp], commands, np.zeros(1), [time_s], none, none, begin, 1)[0]
-    poses = states[:, :7] + 0.003 * rng.standard_normal((100, 7)) * [1, 1, 1, 0, 1, 1, 1]
-    poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
 
-    def read(order=range(7), signs=1, **changed):
-        return _task.Task(commands | changed | dict(zip(POSITION + QUATERNION, (signs * poses[:, order]).T)), scenario, "still", 0, 1)
+    def flown(commands):
+        states = _core.predict([still(scenario)._cpp], commands, np.zeros(1), [time_s], none, none, begin, 1)[0]
+        poses = states[:, :7] + 0.003 * rng.standard_normal((100, 7)) * [1, 1, 1, 0, 1, 1, 1]
+        poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
+        return poses
+
+    poses = flown(commands)
+
+    def read(order=range(7), signs=1, poses=poses, kind=dict, **changed):
+        table = commands | changed | dict(zip(POSITION + QUATERNION, (signs * poses[:, order]).T))
+        return _task.Task(kind(table), scenario, "still", 0, 1)
 
     read()
+    assert read(kind=pandas.DataFrame).names == ["log 1"]
+    with pytest.raises(turbidock.ConfigError, match=f"log 1: thruster {names[0]} looks dead: "):
+        read(poses=flown(commands | {f"{names[0]}_v": np.full(100, 2.5)}))
     first, second = (f"{name}_v" for name in names[:2])
     with pytest.raises(turbidock.ConfigError, match=f"log 1: thruster {names[1]} and {names[0]} look exchanged: "):
         read(**{first: commands[second], second: commands[first]})
@@ -145,7 +155,6 @@ def test_tables_of_spreadsheets(tmp_path):
 def test_a_tether_and_a_battery_that_sags_are_offered_by_name(tmp_path, kind, find, name):
     """Of logs by a simulator that is not ours. Its cable drags along itself as well, which ours does not."""
     import logs_coverage
-    from turbidock.logs import identify
 
     truth, table = logs_coverage.logs_of([kind], [600], 40)[0]
     scenario = turbidock.Scenario("pool_active", settings={"vehicle_model": str(logs_coverage.vehicle_files(tmp_path))})
@@ -171,3 +180,10 @@ def test_thrust_that_sags_is_that_of_weaker_thrusters(scenario):
         return _core.predict([model._cpp], commands, np.array([5.0]), [np.array([6.0])], none, none, begin, 1, [sag_per_s])[0][0, 7]
 
     assert way(0.1, 1) == pytest.approx(way(0, 0.45), rel=0.02) and way(0, 1) > 1.5 * way(0.1, 1)
+
+
+def test_a_log_is_not_written_over(tmp_path, capsys):
+    (tmp_path / "log.csv").write_text("time_s\n0\n1\n")
+    for option in ("--out", "--plot"):
+        assert identify.main(["fit", str(tmp_path / "log.csv"), "--scenario", "pool_active", option, f"{tmp_path}/./log.csv"]) == 2
+        assert capsys.readouterr().err.endswith("log.csv: is the log, which is not written over\n")

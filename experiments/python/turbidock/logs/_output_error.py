@@ -26,8 +26,7 @@ from .._rotation import product, rotated, turned
 
 FREE = 12  # of a window's state: position in W, turn in B, velocity, turn rate
 FREE_STD = np.array([3.0] * 3 + [0.3] * 3 + [0.5] * 3 + [0.5] * 3)  # about the first guess: next to nothing is known
-STEP = np.array([1e-4] * FREE)
-STEP_Z = 1e-3
+STEP, STEP_Z = np.full(FREE, 1e-4), 1e-3
 TICKS, FEWER_TICKS = 6, 4  # of physics a frame; the error is in proportion to their length
 LEVER = ("lever.ahead", "lever.left", "lever.above")
 SUSPECT, IMPOSSIBLE = 2.5, 6.0  # standard deviations
@@ -84,8 +83,7 @@ class Problem:
                                                   if log_sensor.kind == sensor.kind])) for log in logs for sensor in log.sensors}
         self.floor = dict.fromkeys(self.std, 0.0)  # of each std, once `step_error` was asked
         self.held = np.zeros(len(self.parameters), bool)  # stay where they are
-        self.reject = False
-        self.coarse = False  # flights are not extrapolated
+        self.reject = self.coarse = False  # what no noise explains; flights are not extrapolated
         self.old: list[Slopes] = []  # with which the last solve ended
 
     def values(self, z: Numbers) -> dict[str, float]:

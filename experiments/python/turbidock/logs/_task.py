@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from typing import Collection, Mapping, Sequence, Union
+from typing import Any, Collection, Mapping, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -33,7 +33,7 @@ class Task:
 
     def __init__(self, logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, water: str, thrust_std: float,
                  workers: int | None, find: Collection[str] = ()) -> None:
-        given = [logs] if isinstance(logs, (str, os.PathLike, Mapping)) else list(logs)
+        given: list[Any] = [logs] if isinstance(logs, (str, os.PathLike)) or hasattr(logs, "keys") else list(logs)
         if not given:
             raise ValueError("no log")
         if water not in ("still", "steady"):
@@ -48,7 +48,7 @@ class Task:
                       for i, log in enumerate(given)]
         self.logs = [Log(read_motion(log) if isinstance(log, (str, os.PathLike)) else log, self.scenario, name)
                      for log, name in zip(given, self.names)]
-        check_once([os.fspath(log) for log in given if not isinstance(log, Mapping)])
+        check_once([os.fspath(log) for log in given if isinstance(log, (str, os.PathLike))])
         self.folder = tempfile.TemporaryDirectory(prefix="turbidock_")
         scenarios = [still(self.scenario, self._series(log)) for log in self.logs]
         delays = {sensor.delay for log in self.logs for sensor in log.sensors}
@@ -76,7 +76,8 @@ class Task:
         given, names = log.commands, [name for name in log.commands if name != "time_s"]
         plain, costs = _cost_before(problem, log, SHORT_S), {}
         for i, one in enumerate(names):
-            tries = {f"thruster {one[:-2]} looks reversed": {one: 5 - given[one]}}
+            tries = {f"thruster {one[:-2]} looks {how}": {one: volts} for how, volts in (
+                ("reversed", 5 - given[one]), ("dead", np.full_like(given[one], 2.5)))}
             tries |= {f"thruster {one[:-2]} and {other[:-2]} look exchanged": {one: given[other], other: given[one]} for other in names[:i]}
             for words, change in tries.items():
                 log.commands = given | change

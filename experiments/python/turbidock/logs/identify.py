@@ -43,8 +43,7 @@ TOLD = 0.5  # of what was known before: what a log leaves more uncertain than th
 FROM_NOISE = 0.1  # of its information: what seems to be told by no more than the measurements' noise is not told
 CORRELATED = 0.9
 SURE = 3.1  # standard deviations: of a thousand tests one is beyond by chance
-LEAD_S = 4.0  # of a held-out window, from which its state is known
-AHEAD_S = 5.0  # of its prediction
+LEAD_S, AHEAD_S = 4.0, 5.0  # of a held-out window: from which its state is known, and of its prediction
 NO_OFFER = ("; none of what logs often have explains it: where the water moves, log it as water_x_mps, water_y_mps, water_z_mps, or fly "
             "where it stands")
 UNITS = {"position": "m", "attitude": "rad", "velocity": "m/s", "turn_rate": "rad/s", "depth": "m"}
@@ -402,6 +401,8 @@ def _do(given: argparse.Namespace) -> int:
     for file in (getattr(given, "out", None), getattr(given, "plot", None)):
         if file and not os.path.isdir(os.path.dirname(file) or "."):
             raise _core.ConfigError(f"{file}: no such folder")
+        if file and os.path.realpath(file) in map(os.path.realpath, given.logs):
+            raise _core.ConfigError(f"{file}: is the log, which is not written over")
     options: dict[str, Any] = {"water": given.water, "find": given.find, "thrust_std": given.thrust_std, "workers": given.workers}
     if given.command == "inform":
         print(inform(given.logs, scenario, **options))
