@@ -202,7 +202,7 @@ class Fit:
         lines += [f"  not to be believed: {self.doubt}"] if self.doubt else []
         if self.latency_s() > 5e-4:
             lines.append(f"  motion follows the commands {1000 * self.latency_s():.0f} ms late: the vehicle's data have it as "
-                         "thrusters.dead_time_s; set it to 0 if the clock of the motion is late instead")
+                         "thrusters.dead_time_s; set it to 0 where the motion's clock is late instead, as motion capture's or a camera's may be")
         lines += [f"  {name}: its poses' clock is {offset:+.1f} s off, besides delay.pose"
                   for name, offset in zip(self.source.split(", ")[1:], self.offsets_s) if offset]
         lines += [f"  noise of {kind}: {value:.3g}" for kind, value in self.noise.items()]
