@@ -187,3 +187,17 @@ def test_a_log_is_not_written_over(tmp_path, capsys):
     for option in ("--out", "--plot"):
         assert identify.main(["fit", str(tmp_path / "log.csv"), "--scenario", "pool_active", option, f"{tmp_path}/./log.csv"]) == 2
         assert capsys.readouterr().err.endswith("log.csv: is the log, which is not written over\n")
+    assert identify.main(["plan", "--scenario", "pool_active", "--out", "no/such/plan.csv"]) == 2
+    assert capsys.readouterr().err == "no/such/plan.csv: no such folder\n"
+
+
+def test_a_vehicle_that_rests_lacks_no_model(tmp_path):
+    """It rises; of what is known before, that says what several are together."""
+    import logs_coverage
+
+    truth = logs_coverage.draw("clean", 5)
+    times, volts = logs_coverage.commands_of(truth["rng"], 25)
+    volts[:] = 2.5
+    table = logs_coverage.table_of(truth, times, volts, logs_coverage.fly([truth], times, volts[None], 25)[:, 0])
+    scenario = turbidock.Scenario("pool_active", settings={"vehicle_model": str(logs_coverage.vehicle_files(tmp_path))})
+    assert identify.fit(table, scenario, workers=2).doubt in ("", identify.TOGETHER)

@@ -193,11 +193,11 @@ def _sensors(table: Motion, time_s: Numbers, name: str) -> list[Sensor]:
     for sensor in found:
         sensor.time_s, sensor.values = averaged(sensor.time_s, sensor.values, sensor.kind == "attitude")
         if len(sensor.time_s) < 10:
-            raise _core.ConfigError(f"{name}: only {len(sensor.time_s)} measurements of {sensor.kind}")
+            raise _core.ConfigError(f"{name}: only {len(sensor.time_s)} measurements of {sensor.kind}, in {np.ptp(time_s):.3g} s")
         sensor.std = _noise(sensor)
         if sensor.kind in ("position", "depth") and max(sensor.std, _fastest(sensor) / 50) > 0.5:
             raise _core.ConfigError(f"{name}: {sensor.kind} has noise of {sensor.std:.3g} m and moves at up to "
-                                    f"{_fastest(sensor):.3g} m/s: it looks like millimetres")
+                                    f"{_fastest(sensor):.3g} m/s: it looks like milli- or centimetres")
     return found
 
 

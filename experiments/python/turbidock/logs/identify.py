@@ -46,6 +46,7 @@ SURE = 3.1  # standard deviations: of a thousand tests one is beyond by chance
 LEAD_S, AHEAD_S = 4.0, 5.0  # of a held-out window: from which its state is known, and of its prediction
 NO_OFFER = ("; none of what logs often have explains it: where the water moves, log it as water_x_mps, water_y_mps, water_z_mps, or fly "
             "where it stands")
+TOGETHER = "what the log tells of several together contradicts what was known of each before: fly besides what `inform` says"
 UNITS = {"position": "m", "attitude": "rad", "velocity": "m/s", "turn_rate": "rad/s", "depth": "m"}
 
 
@@ -71,9 +72,8 @@ class Information:
     def pairs(self) -> list[tuple[str, str, float]]:
         """Parameters that the log tells together rather than each, with their correlation."""
         names = [parameter.name for parameter in self.parameters]
-        found = [(names[i], names[j], float(self.correlation[i, j])) for i in range(len(names)) for j in range(i)
-                 if abs(self.correlation[i, j]) > CORRELATED]
-        return sorted(found, key=lambda pair: -abs(pair[2]))
+        return sorted(((names[i], names[j], float(self.correlation[i, j])) for i in range(len(names)) for j in range(i)
+                       if abs(self.correlation[i, j]) > CORRELATED), key=lambda pair: -abs(pair[2]))
 
     def advice(self) -> list[str]:
         """What to fly besides, a line each."""
@@ -233,7 +233,7 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
         thrust_std: float = 0, held_out: float = 0.2, workers: int | None = None) -> Fit:
     """The parameters of the scenario's vehicle that explain the logs, from what the scenario says of it as a start and a prior.
     `water`: it is "still", or "steady" as a current that is found too; where the logs measured it, it is theirs. `find`: what else
-    is found, of "lever_arm", "couplings". `held_out`: the share of each log, its end, that is predicted and not fitted."""
+    is found, of "lever_arm", "couplings", "tether", "sag". `held_out`: the share of each log, its end, that is predicted and not fitted."""
     task = Task(logs, scenario, water, thrust_std, workers, find)
     problem, parts = task.problem, task.parts(held_out)
     z = np.zeros(len(task.parameters))
@@ -247,7 +247,7 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
         z, reduced, linear = solve(problem, parts, z, most=3, enough=LEADS_ON, slopes=problem.old)
         problem.std = noise(problem, linear, parts)
         z, reduced, linear = solve(problem, parts, z, most=6)
-    free, share = z, share_of_noise(problem, parts, z, reduced, linear)
+    free, lacks, share = z, disagreement(linear, reduced) >= SURE, share_of_noise(problem, parts, z, reduced, linear)
     while True:  # what is not told stands at its value before, and the rest is fitted to that
         known = _information(task, parts, share, *covariance_of(linear, reduced))
         moved = ~np.array(known.told()) & ~problem.held & (z != 0)
@@ -257,7 +257,7 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
             break
         z, reduced, linear = solve(problem, parts, z, most=2, slopes=problem.old)
     apart = disagreement(linear, reduced)
-    doubt = "" if believed and apart < SURE else _doubt(task, parts, free, linear, apart)
+    doubt = "" if believed and apart < SURE else _doubt(task, parts, free, linear, apart) if lacks else TOGETHER
     weights = np.concatenate([weight for one in linear for weight in one.weight.values()])
     return Fit(task.scenario, task.parameters, z, known, problem.std, correlation_time(linear), float((weights == 0).mean()),
                {} if doubt else _validate(task, z, held_out), "turbidock-identify, " + ", ".join(task.names),
@@ -324,8 +324,7 @@ def _information(task: Task, parts: Sequence[Part], share: Numbers, covariance: 
 def _validate(task: Task, z: Numbers, held_out: float) -> dict[str, Any]:
     """How far predictions are off in what was held out."""
     before, after = (_misses(task, at, held_out) if held_out > 0 else np.zeros(0) for at in (np.zeros(len(z)), z))
-    return {} if not len(after) else {"windows": len(after), "median_m": float(np.median(after)), "before_m": float(np.median(before)),
-            "errors_m": after.tolist()}
+    return {} if not len(after) else {"windows": len(after), "median_m": float(np.median(after)), "before_m": float(np.median(before))}
 
 
 def _misses(task: Task, z: Numbers, held_out: float) -> Numbers:
@@ -390,6 +389,11 @@ def main(arguments: Iterable[str] | None = None) -> int:
 
 def _do(given: argparse.Namespace) -> int:
     scenario = scenario_of(given.scenario, settings=given.set)
+    for file in (getattr(given, "out", None), getattr(given, "plot", None)):
+        if file and not os.path.isdir(os.path.dirname(file) or "."):
+            raise _core.ConfigError(f"{file}: no such folder")
+        if file and os.path.realpath(file) in map(os.path.realpath, getattr(given, "logs", ())):
+            raise _core.ConfigError(f"{file}: is the log, which is not written over")
     if given.command == "plan":
         made = plan(scenario, duration_s=given.duration, pool_m=tuple(given.pool), most_thrust=given.most_thrust)
         write_motion(made, given.out)
@@ -398,11 +402,6 @@ def _do(given: argparse.Namespace) -> int:
             print(f"{given.out}: its buoyancy is known to {newton:.1f} N: flown open loop it may rise or sink by {far_m:.1f} m, and {most_m:g} m "
                   f"are free. Trim it to {newton * most_m / far_m:.2g} N first, or hold depth besides and log what the thrusters get")
         return 0
-    for file in (getattr(given, "out", None), getattr(given, "plot", None)):
-        if file and not os.path.isdir(os.path.dirname(file) or "."):
-            raise _core.ConfigError(f"{file}: no such folder")
-        if file and os.path.realpath(file) in map(os.path.realpath, given.logs):
-            raise _core.ConfigError(f"{file}: is the log, which is not written over")
     options: dict[str, Any] = {"water": given.water, "find": given.find, "thrust_std": given.thrust_std, "workers": given.workers}
     if given.command == "inform":
         print(inform(given.logs, scenario, **options))

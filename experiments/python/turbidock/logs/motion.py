@@ -125,7 +125,8 @@ def check_motion(motion: Mapping[str, npt.ArrayLike], name: str = "motion") -> M
     if len(bad := np.flatnonzero(~np.isfinite(time_s))):
         raise ConfigError(f"{name}:{bad[0] + 2}: time_s is no number")
     if len(back := np.flatnonzero(np.diff(time_s) <= 0)):
-        raise ConfigError("{}:{}: the clock runs backwards, from {:g} to {:g} s".format(name, back[0] + 3, *time_s[back[0]:][:2]))
+        raise ConfigError("{}:{}: the clock runs backwards, or a row is there twice: from {:g} to {:g} s".format(
+            name, back[0] + 3, *time_s[back[0]:][:2]))
     for group in (POSITION, QUATERNION, VELOCITY, TURN_RATE, WATER):
         there = [column for column in group if column in table]
         if there and len(there) < len(group):
