@@ -189,6 +189,8 @@ def test_a_log_is_not_written_over(tmp_path, capsys):
         assert capsys.readouterr().err.endswith("log.csv: is the log, which is not written over\n")
     assert identify.main(["plan", "--scenario", "pool_active", "--out", "no/such/plan.csv"]) == 2
     assert capsys.readouterr().err == "no/such/plan.csv: no such folder\n"
+    assert identify.main(["plan", "--scenario", "pool_active", "--most-thrust", "5", "--out", str(tmp_path / "plan.csv")]) == 2
+    assert "an experiment of 60 s at 5 of the thrust" in capsys.readouterr().err
 
 
 def test_a_vehicle_that_rests_lacks_no_model(tmp_path):

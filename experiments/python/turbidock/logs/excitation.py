@@ -31,8 +31,8 @@ def plan(scenario: Scenario | Path, *, duration_s: float = 60, pool_m: tuple[flo
     """Commands over time for the scenario's vehicle (`THRUSTER_v`, as playback takes them), begun in the middle of a pool of
     this length, width and depth, along W's axes, with the bow along the length. They use at most that share of each axis'
     thrust. ConfigError where not one block stays in the pool."""
-    if not duration_s >= BLOCK_S:
-        raise _core.ConfigError(f"an experiment of {duration_s:g} s: it takes blocks of {BLOCK_S:g} s")
+    if not (duration_s >= BLOCK_S and 0 < most_thrust <= 1):
+        raise _core.ConfigError(f"an experiment of {duration_s:g} s at {most_thrust:g} of the thrust: a block takes {BLOCK_S:g} s, all is 1")
     made = still(scenario_of(scenario))
     made._cpp.set(["clock.ticks_per_frame=4"])  # of 120 Hz or so: quick, and near enough to choose by
     parameters = parameters_of(made, delays=())
