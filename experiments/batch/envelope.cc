@@ -27,7 +27,8 @@ double ValueOn(const EnvelopePlan& plan, size_t range, double place) {
 double PlaceOn(const std::vector<float>& draw, int first, int step, int count, bool falls) {
   const double sign = falls ? 1 : -1;
   const auto at = [&](int i) {
-    return sign * static_cast<double>(draw[static_cast<size_t>(first + i * step)]);
+    const int cell = first + i * step;
+    return sign * static_cast<double>(draw[static_cast<size_t>(cell)]);
   };
   if (at(0) < 0) return -kInfinite;
   for (int i = 1; i < count; ++i)
@@ -46,7 +47,10 @@ Crossing CrossingAlong(const EnvelopePlan& plan, const search::Boundary& boundar
     first += cell[k] * lattice.Step(k);
     crossing.at.push_back(ValueOn(plan, k, cell[k]));
   }
-  const auto rate = [&](int i) { return boundary.rate[static_cast<size_t>(first + i * step)]; };
+  const auto rate = [&](int i) {
+    const int place = first + i * step;
+    return boundary.rate[static_cast<size_t>(place)];
+  };
   const search::Trend trend = lattice.axes[range].trend;
   crossing.falls = trend == search::Trend::kUnknown ? rate(0) >= rate(count - 1)
                                                     : trend == search::Trend::kFalls;
@@ -150,7 +154,8 @@ bool IsAgainst(const search::Boundary& free, const search::Lattice& lattice, siz
   const int step = lattice.Step(range), count = lattice.axes[range].values;
   for (int cell = 0; cell < lattice.cells(); ++cell)
     for (int ahead = 1; ahead < count - lattice.At(cell)[range]; ++ahead) {
-      const auto at = static_cast<size_t>(cell), then = static_cast<size_t>(cell + ahead * step);
+      const int later = cell + ahead * step;
+      const auto at = static_cast<size_t>(cell), then = static_cast<size_t>(later);
       const auto against = std::ranges::count_if(
           free.draws, [&](const auto& draw) { return sign * (draw[then] - draw[at]) > kLeast; });
       if (static_cast<double>(against) >= kShare * static_cast<double>(free.draws.size()))

@@ -1,5 +1,6 @@
 #include "experiments/studies/gate/envelope_gate.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace turbidock::gate {
@@ -17,8 +18,8 @@ trial::Failure FailureOf(trial::Outcome outcome) {
 }
 
 std::vector<const batch::StoredTrial*> Pointers(const std::vector<batch::StoredTrial>& trials) {
-  std::vector<const batch::StoredTrial*> all;
-  for (const batch::StoredTrial& trial : trials) all.push_back(&trial);
+  std::vector<const batch::StoredTrial*> all(trials.size());
+  std::ranges::transform(trials, all.begin(), [](const auto& trial) { return &trial; });
   return all;
 }
 

@@ -20,7 +20,6 @@
 #include "experiments/studies/gate/gate.h"
 #include "experiments/studies/gate/real_trials.h"
 #include "experiments/studies/run/shown_trial.h"
-#include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
