@@ -136,12 +136,9 @@ void AddUndecided(const Places& places, const Envelope& envelope, size_t range, 
     while (is_open(i + 1)) ++i;
     const auto [low, high] =
         std::minmax({places.At(range, begin - 0.5), places.At(range, i + 0.5)});
-    panel->blocks.push_back({.name = panel->blocks.empty() ? "undecided, 95 % together" : "",
-                             .from_x = low,
-                             .to_x = high,
-                             .from_y = from_y,
-                             .to_y = to_y,
-                             .opacity = 0.3});
+    // the text above says what the band is; a name in it would cover trials
+    panel->blocks.push_back(
+        {.from_x = low, .to_x = high, .from_y = from_y, .to_y = to_y, .opacity = 0.3});
   }
 }
 

@@ -21,6 +21,10 @@ RangeKey ReadRange(const std::string& key, const config::YamlNode& node) {
   if (range.from == range.to) node.Find("to")->Fail("must differ from `from`");
   if (range.scale == Scale::kLogarithmic && !(range.from > 0 && range.to > 0))
     node.Fail("both ends must be > 0 on a logarithmic scale");
+  constexpr int kSteps = kValues[0] - 1;
+  for (int i = 0; i < kSteps; ++i)
+    if (range.At(i / (1.0 * kSteps)) == range.At((i + 1) / (1.0 * kSteps)))
+      node.Find("to")->Fail("is so near to `from` that values between them are equal in 6 digits");
   return range;
 }
 

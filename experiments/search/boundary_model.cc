@@ -20,30 +20,22 @@ constexpr double kLevelDeviation = 5;   // and in the middle
 constexpr double kKept = 0.99;          // share of the process's variance that its basis keeps
 constexpr int kMostWeights = 200;
 
-// Of the process: its kernel and the length scale, as a share of the ranges.
-struct Kind {
-  bool rough;
-  double length;
-};
-constexpr std::array<Kind, 6> kKinds{
-    {{false, 0.15}, {false, 0.3}, {false, 0.6}, {false, 1.2}, {true, 0.3}, {true, 1.2}}};
-constexpr std::array kDeviations{2.5, 1.0, 6.0};  // in log odds
-constexpr double kHopeless = 12;                  // of log evidence below the best
+// Of the process.
+constexpr std::array kLengths{0.3, 0.6, 1.2};          // as shares of the ranges
+constexpr std::array kDeviations{2.5, 1.0, 0.4, 6.0};  // in log odds
+constexpr double kHopeless = 12;                       // of log evidence below the best
 
 // Products of eigenvectors along the axes, times the roots of their eigenvalues: the process of
 // standard deviation 1 is this times independent standard normal weights.
-MatrixXd ProcessBasis(const Lattice& lattice, const Kind& kind) {
+MatrixXd ProcessBasis(const Lattice& lattice, double length) {
   std::vector<MatrixXd> vectors;
   std::vector<VectorXd> values;
   for (const LatticeAxis& axis : lattice.axes) {
     const int n = axis.values;
     MatrixXd kernel(n, n);
     for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j) {
-        const double r = static_cast<double>(std::abs(i - j)) / (n - 1) / kind.length,
-                     s = std::sqrt(5.0) * r;
-        kernel(i, j) = kind.rough ? std::exp(-r) : (1 + s + s * s / 3) * std::exp(-s);
-      }
+      for (int j = 0; j < n; ++j)
+        kernel(i, j) = std::exp(-static_cast<double>(std::abs(i - j)) / (n - 1) / length);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(kernel);
     vectors.push_back(solver.eigenvectors());
     values.emplace_back(solver.eigenvalues().cwiseMax(0));
@@ -165,7 +157,7 @@ struct Component {
   Laplace fit;
 };
 
-// Of every kind and deviation that is not out of the question; the first is the plane alone.
+// Of every length and deviation that is not out of the question; the first is the plane alone.
 std::vector<Component> FitAll(const Lattice& lattice, const Data& data) {
   const MatrixXd plane = PlaneBasis(lattice);
   std::vector<Component> all;
@@ -177,8 +169,8 @@ std::vector<Component> FitAll(const Lattice& lattice, const Data& data) {
     all.push_back({std::move(features), std::move(fit)});
   };
   add(plane, VectorXd::Zero(plane.cols()));
-  for (const Kind& kind : kKinds) {
-    const MatrixXd process = ProcessBasis(lattice, kind);
+  for (const double length : kLengths) {
+    const MatrixXd process = ProcessBasis(lattice, length);
     VectorXd start = VectorXd::Zero(plane.cols() + process.cols());
     for (const double deviation : kDeviations) {
       MatrixXd features(plane.rows(), start.size());
@@ -230,36 +222,43 @@ MatrixXd DrawLogOdds(const Lattice& lattice, const std::vector<Tally>& tallies, 
 namespace {
 
 // Pool adjacent violators: the nearest rising sequence to value[0], value[step], ...; `sign` -1:
-// the nearest falling one.
+// the nearest falling one. Sums are compared crosswise: a division for each pool takes most of the
+// time.
 void Pool(double* value, const double* weight, int count, int step, double sign) {
   struct Block {
-    double mean, weight;
+    double sum, weight;
     int size;
   };
   static thread_local std::vector<Block> blocks;
-  blocks.clear();
+  blocks.resize(static_cast<size_t>(count));
+  Block* last = blocks.data() - 1;
   for (int i = 0; i < count; ++i) {
-    blocks.push_back({sign * value[i * step], weight[i * step], 1});
-    while (blocks.size() > 1 && blocks[blocks.size() - 2].mean > blocks.back().mean) {
-      const Block last = blocks.back();
-      blocks.pop_back();
-      Block& before = blocks.back();
-      before.mean =
-          (before.mean * before.weight + last.mean * last.weight) / (before.weight + last.weight);
-      before.weight += last.weight;
-      before.size += last.size;
+    const double of = weight[i * step];
+    *++last = {sign * of * value[i * step], of, 1};
+    while (last > blocks.data() && last[-1].sum * last->weight > last->sum * last[-1].weight) {
+      last[-1] = {last[-1].sum + last->sum, last[-1].weight + last->weight,
+                  last[-1].size + last->size};
+      --last;
     }
   }
+  if (last == blocks.data() + count - 1) return;
   int i = 0;
-  for (const Block& block : blocks)
-    for (int k = 0; k < block.size; ++k) value[step * i++] = sign * block.mean;
+  for (const Block* block = blocks.data(); block <= last; ++block) {
+    if (block->size == 1) {
+      ++i;
+      continue;
+    }
+    const double mean = sign * block->sum / block->weight;
+    for (int k = 0; k < block->size; ++k) value[step * i++] = mean;
+  }
 }
 
 void PoolAlong(const Lattice& lattice, size_t axis, const VectorXd& weights, VectorXd* values) {
   const int step = lattice.Step(axis), count = lattice.axes[axis].values;
   const double sign = lattice.axes[axis].trend == Trend::kRises ? 1 : -1;
-  for (int cell = 0; cell < lattice.cells(); ++cell)
-    if (cell / step % count == 0)
+  const auto cells = static_cast<int>(values->size());
+  for (int first = 0; first < cells; first += step * count)
+    for (int cell = first; cell < first + step; ++cell)
       Pool(values->data() + cell, weights.data() + cell, count, step, sign);
 }
 

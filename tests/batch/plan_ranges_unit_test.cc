@@ -87,6 +87,7 @@ TEST(Ranges, OfBadInputSaysWhereAndWhatIsAllowed) {
   };
   EXPECT_EQ(ErrorOf(range("from: 3, to: 3")),
             "plan.yaml:3: ranges.water.milk_ml_m3.to: must differ from `from`");
+  EXPECT_THAT(ErrorOf(range("from: 1, to: 1.00001")), HasSubstr("so near to `from`"));
   EXPECT_THAT(ErrorOf(range("from: -1, to: 3")), HasSubstr("plan.yaml:3: "));
   EXPECT_THAT(ErrorOf(range("from: -1, to: 3")), HasSubstr("water.milk_ml_m3 = -1, must be"));
   EXPECT_THAT(ErrorOf(range("from: 1")), HasSubstr("must have the keys `from` and `to`"));

@@ -114,6 +114,25 @@ TEST(BoundarySearch, BandHoldsACurveInTwoDimensions) {
   EXPECT_GE(CoverageOf(search, curve, 6).held, 5);
 }
 
+// As many trials everywhere, so that nothing but the model decides. A smooth kernel puts the tip on
+// the wrong side in 8 of these 20.
+TEST(BoundaryOf, IsSeldomSureOfTheWrongSideOfACorner) {
+  const BoundarySearch search{.lattice = LatticeOf(2, 21, Trend::kFalls)};
+  const std::vector<double> rates = RatesOf(search.lattice, [](const auto& x) {
+    return Logistic(2.6 - 1.2 * (20 * std::max(x[0], x[1]) - 12));
+  });
+  int wrong = 0;
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    Rng rng = SeedTree(seed).Stream("lots");
+    std::vector<Tally> tallies(rates.size(), {.trials = 4});
+    for (size_t c = 0; c < rates.size(); ++c)
+      for (int i = 0; i < 4; ++i) tallies[c].successes += rng.Uniform() < rates[c];
+    const size_t tip = 12 * 21 + 12;  // success is 0.93 there, below 0.9 farther on
+    wrong += BoundaryOf(search, tallies).sides[tip] == Side::kBelow;
+  }
+  EXPECT_LE(wrong, 4);
+}
+
 TEST(BoundarySearch, ChoosesTrialsNearTheBoundaryButForChecks) {
   // narrow enough that the first round, which is even, is a small part
   const BoundarySearch search{.lattice = LatticeOf(1, 41, Trend::kFalls), .width = 0.05};
