@@ -99,7 +99,10 @@ report::Verdict StateOf(const BatchSummary& summary) {
 std::string TrialsText(const BatchSummary& summary) {
   const TrialScheduler& scheduler = summary.scheduler;
   if (!IsBatch(summary)) return std::to_string(summary.trials);
-  return DoneText(summary.trials, scheduler.wanted(), scheduler.most());
+  // of a plan that asked for more before
+  const int64_t more = summary.trials - scheduler.done();
+  return DoneText(scheduler.done(), scheduler.wanted(), scheduler.most()) +
+         (more > 0 ? fmt::format(", {} more not asked for", more) : "");
 }
 
 std::string RateText(const GroupSummary& all) {

@@ -106,7 +106,7 @@ EnvelopeDifference DifferenceTo(const EnvelopeSummary& summary, size_t envelope)
   const auto within = [](const Crossing& c) {
     return std::isfinite(c.low) && std::isfinite(c.high);
   };
-  for (size_t i = 0; i < a.crossings.size(); ++i) {
+  for (size_t i = 0; i < std::min(a.crossings.size(), b.crossings.size()); ++i) {
     const Crossing &of_a = a.crossings[i], &of_b = b.crossings[i];
     if (within(of_a) && within(of_b) && of_a.falls == of_b.falls)
       difference.crossings.emplace_back(
@@ -178,14 +178,17 @@ std::vector<std::string> NotMonotone(const EnvelopePlan& plan,
   return keys;
 }
 
+bool HasEnded(const Envelope& envelope) {
+  return std::ranges::any_of(envelope.shown, [](const auto* t) { return t->record.ended(); });
+}
+
 std::vector<std::string> LimitsOf(const EnvelopePlan& plan, const Envelope& envelope,
                                   const std::vector<search::Tally>& tallies) {
   std::vector<std::string> limits;
   const search::BoundarySearch search = plan.Search();
   const std::vector<Side>& sides = envelope.boundary.sides;
   const double percent = 100 * search.rate;
-  if (std::ranges::all_of(envelope.shown, [](const StoredTrial* t) { return !t->record.ended(); }))
-    limits.emplace_back("Every trial crashed or hung: this says nothing of docking.");
+  if (!HasEnded(envelope)) return {"Every trial crashed or hung: this says nothing of docking."};
   if (std::ranges::count(sides, Side::kBelow) == 0)
     limits.push_back(fmt::format(
         "Nowhere in the ranges is success shown to be below {:g} %: the boundary may be outside.",
@@ -236,9 +239,9 @@ Envelope EnvelopeOf(const EnvelopePlan& plan, std::string name,
     tally.successes += trial->record.success();
   }
   envelope.boundary = BoundaryOf(search, tallies);
-  envelope.reached = envelope.boundary.undecided <= search.width;
+  envelope.reached = HasEnded(envelope) && envelope.boundary.undecided <= search.width;
   const size_t ranges = plan.ranges.size();
-  for (size_t k = 0; k < ranges; ++k)
+  for (size_t k = 0; k < ranges && HasEnded(envelope); ++k)
     for (const double share : {0.0, 0.5, 1.0}) {
       std::vector<int> cell;
       for (const search::LatticeAxis& axis : search.lattice.axes)

@@ -148,7 +148,8 @@ TEST(Envelope, SaysWhereTheAnswerDoesNotHold) {
   const Batch none([](double) { return 0; });
   EXPECT_THAT(limits(none), Contains(HasSubstr("shown to be above 90 %: the boundary may be out")));
   const Batch crashed([](double) { return 0; }, "falls", trial::Outcome::kCrashed);
-  EXPECT_THAT(limits(crashed), Contains(HasSubstr("Every trial crashed or hung")));
+  EXPECT_THAT(limits(crashed), ::testing::ElementsAre(HasSubstr("Every trial crashed or hung")));
+  EXPECT_THAT(crashed.Summary().envelopes[0].crossings, ::testing::IsEmpty());
   EXPECT_THAT(limits(none), ::testing::Not(Contains(HasSubstr("crashed"))));
 }
 
