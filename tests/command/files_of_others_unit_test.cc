@@ -70,7 +70,7 @@ TEST_F(FilesOfOthers, TheEnvironmentSaysWhereTheDataAre) {
   const testing::ProgramEnd wrong =
       testing::RunProgramAt(program, {"list"}, {"TURBIDOCK_DATA=/nowhere"});
   EXPECT_EQ(wrong.exit_code, 2);
-  EXPECT_EQ(wrong.err, "turbidock: TURBIDOCK_DATA=/nowhere: holds no models/ and assets/\n");
+  EXPECT_EQ(wrong.err, "elsewhere: TURBIDOCK_DATA=/nowhere: holds no models/ and assets/\n");
 }
 
 }  // namespace
