@@ -90,7 +90,8 @@ void AddRate(const Places& places, const Envelope& envelope, size_t range, int f
   report::Series line{.name = name, .color = color};
   const search::Boundary& b = envelope.boundary;
   for (int i = 0; i < places.lattice().axes[range].values; ++i) {
-    const auto cell = static_cast<size_t>(first + i * places.lattice().Step(range));
+    const int place = first + i * places.lattice().Step(range);
+    const auto cell = static_cast<size_t>(place);
     const double x = places.At(range, i);
     band.points.push_back({x, 100 * b.rate[cell], 100 * b.low[cell], 100 * b.high[cell]});
     line.points.push_back({x, 100 * b.rate[cell]});
@@ -127,8 +128,8 @@ void AddUndecided(const Places& places, const Envelope& envelope, size_t range, 
                   double from_y, double to_y, report::Panel* panel) {
   const int count = places.lattice().axes[range].values;
   const auto is_open = [&](int i) {
-    const auto cell = static_cast<size_t>(first + i * places.lattice().Step(range));
-    return i < count && envelope.boundary.sides[cell] == Side::kUndecided;
+    const int place = first + i * places.lattice().Step(range);
+    return i < count && envelope.boundary.sides[static_cast<size_t>(place)] == Side::kUndecided;
   };
   for (int i = 0; i < count; ++i) {
     if (!is_open(i)) continue;
@@ -149,9 +150,8 @@ report::Series ContourOf(const Places& places, const Envelope& envelope, int sli
   const double level = places.percent() / 100;
   report::Series series{.name = name, .color = color};
   const auto rate = [&](int i, int j) {
-    return envelope.boundary
-               .rate[static_cast<size_t>(i * lattice.Step(0) + j * lattice.Step(1) + slice)] -
-           level;
+    const int cell = i * lattice.Step(0) + j * lattice.Step(1) + slice;
+    return envelope.boundary.rate[static_cast<size_t>(cell)] - level;
   };
   for (int i = 0; i + 1 < lattice.axes[0].values; ++i)
     for (int j = 0; j + 1 < lattice.axes[1].values; ++j) {

@@ -139,8 +139,8 @@ Laplace FitWeights(const MatrixXd& features, const Data& data, VectorXd start) {
     VectorXd change = fit.curvature.solve(gradient);
     const double gain = 0.5 * gradient.dot(change);
     if (gain < kConverged) break;
-    for (double share = 1; share > 1e-4; share /= 2) {
-      const VectorXd moved = fit.mode + share * change;
+    for (int halvings = 0; halvings < 14; ++halvings) {
+      const VectorXd moved = fit.mode + std::exp2(-halvings) * change;
       const VectorXd moved_odds = features * moved;
       const double moved_value = log_posterior(moved, moved_odds);
       if (moved_value < value) continue;
