@@ -98,8 +98,8 @@ TEST(BoundarySearch, BandHoldsALineAPlateauAndAStep) {
     return [shift](const auto& x) { return x[0] < 0.5 + shift ? 0.97 : 0.3; };
   };
   for (const auto& truth : std::vector<std::function<Rate(double)>>{line, plateau, step}) {
-    const Coverage coverage = CoverageOf(search, truth, 60);
-    EXPECT_GE(coverage.held, 51);
+    const Coverage coverage = CoverageOf(search, truth, 30);
+    EXPECT_GE(coverage.held, 25);
     EXPECT_LE(coverage.trials, 400);
   }
 }
