@@ -231,25 +231,23 @@ void Pool(double* value, const double* weight, int count, int step, double sign)
   };
   static thread_local std::vector<Block> blocks;
   blocks.resize(static_cast<size_t>(count));
-  Block* last = blocks.data() - 1;
+  size_t pools = 0;
   for (int i = 0; i < count; ++i) {
     const double of = weight[i * step];
-    *++last = {sign * of * value[i * step], of, 1};
-    while (last > blocks.data() && last[-1].sum * last->weight > last->sum * last[-1].weight) {
-      last[-1] = {last[-1].sum + last->sum, last[-1].weight + last->weight,
-                  last[-1].size + last->size};
-      --last;
+    Block last = {sign * of * value[i * step], of, 1};
+    for (; pools > 0; --pools) {
+      const Block& before = blocks[pools - 1];
+      if (!(before.sum * last.weight > last.sum * before.weight)) break;
+      last = {before.sum + last.sum, before.weight + last.weight, before.size + last.size};
     }
+    blocks[pools++] = last;
   }
-  if (last == blocks.data() + count - 1) return;
   int i = 0;
-  for (const Block* block = blocks.data(); block <= last; ++block) {
-    if (block->size == 1) {
-      ++i;
-      continue;
-    }
-    const double mean = sign * block->sum / block->weight;
-    for (int k = 0; k < block->size; ++k) value[step * i++] = mean;
+  for (size_t pool = 0; pool < pools; ++pool) {
+    const Block& block = blocks[pool];
+    const double mean = sign * block.sum / block.weight;
+    for (int k = 0; k < block.size; ++k, ++i)
+      if (block.size > 1) value[step * i] = mean;
   }
 }
 

@@ -5,10 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "experiments/search/boundary_search.h"
@@ -83,7 +85,8 @@ Found Search(const BoundarySearch& search, const std::string& truth, uint64_t se
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 5) {
+  constexpr std::array<std::string_view, 4> kTruths = {"line", "curve", "corner", "step"};
+  if (argc != 5 || std::ranges::count(kTruths, argv[2]) == 0) {
     fmt::print(stderr, "envelope_coverage RANGES line|curve|corner|step FIRST_SEED REPETITIONS\n");
     return 2;
   }

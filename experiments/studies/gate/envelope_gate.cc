@@ -54,12 +54,15 @@ std::vector<batch::StoredTrial> TrialsIn(const BaselineCondition& baseline,
 
 EnvelopeShift::EnvelopeShift(const batch::Plan& plan, const BaselineCondition& baseline)
     : log_odds_(std::log(plan.envelope()->find.rate / (1 - plan.envelope()->find.rate))),
-      trials_(static_cast<size_t>(plan.envelope()->points())) {
-  const std::vector<batch::StoredTrial> before = TrialsIn(baseline, plan);
-  boundary_ = EnvelopeOf(*plan.envelope(), "", Pointers(before)).boundary;
-  for (const batch::StoredTrial& trial : before)
-    ++trials_[static_cast<size_t>(trial.cell) % trials_.size()];
-  count_ = std::ssize(before);
+      tallies_(static_cast<size_t>(plan.envelope()->points())),
+      count_(std::ssize(baseline.outcomes)) {
+  for (const batch::ComparedTrial& trial : baseline.outcomes) {
+    search::Tally& tally =
+        tallies_[static_cast<size_t>(plan.Trial(trial.trial).cell) % tallies_.size()];
+    ++tally.trials;
+    tally.successes += trial.success();
+  }
+  boundary_ = search::BoundaryOf(plan.envelope()->Search(), tallies_);
 }
 
 double EnvelopeShift::AreaAfter(double shift) const {
@@ -75,8 +78,8 @@ double EnvelopeShift::SuccessAfter(double shift) const {
   double successes = 0;
   for (const auto& draw : boundary_.draws)
     for (size_t i = 0; i < draw.size(); ++i)
-      if (trials_[i] > 0)
-        successes += static_cast<double>(trials_[i]) /
+      if (tallies_[i].trials > 0)
+        successes += static_cast<double>(tallies_[i].trials) /
                      (1 + std::exp(shift - log_odds_ - static_cast<double>(draw[i])));
   return successes / static_cast<double>(count_ * std::ssize(boundary_.draws));
 }

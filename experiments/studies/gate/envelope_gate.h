@@ -29,10 +29,10 @@ class EnvelopeShift {
   double AreaAfter(double shift) const;
   double SuccessAfter(double shift) const;
 
-  double log_odds_;  // of the rate looked for
+  double log_odds_;                     // of the rate looked for
+  std::vector<search::Tally> tallies_;  // by place
+  int64_t count_;                       // trials of all places
   search::Boundary boundary_;
-  std::vector<int64_t> trials_;  // by place
-  int64_t count_ = 0;
 };
 
 // The area as a change beside that of success, which carries the verdict.
