@@ -260,8 +260,6 @@ Subcommand CommandLine::Program() { return Subcommand(app_.get()); }
 std::string CommandLine::Help() const { return app_->help(); }
 
 std::optional<int> CommandLine::Parse(int argc, char** argv) {
-  if (const std::string replaced = ReplacedOn(argc, argv); !replaced.empty())
-    throw ConfigError(replaced);
   try {
     app_->parse(argc, argv);
     return std::nullopt;

@@ -119,10 +119,6 @@ class CommandLine {
 // Two lines that use a command, for the end of its help; nothing for one that is not known.
 std::string ExamplesOf(const std::string& command);
 
-// What took the place of a command or an option on the line that is gone, as a sentence; empty
-// where there is none: all that this program does for whoever knew it before.
-std::string ReplacedOn(int argc, const char* const* argv);
-
 // Adds what --seed gives to what --set does. ConfigError where both give it.
 void SetSeed(const std::string& seed, std::vector<std::string>* assignments);
 

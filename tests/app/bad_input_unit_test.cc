@@ -154,24 +154,16 @@ TEST_F(BadInput, AResultOfAnotherShapeIsNoFault) {
 
 TEST_F(BadInput, AnOptionThatSaysNothingHereIsRefused) {
   const std::string db = Batch("x.db"), json = File("x.json", R"({"cells": []})");
-  Refused({"report", json, "--trial", "3", "--out", File("x.html")},
-          "report --trial is gone; now: turbidock replay FILE TRIAL --out FOLDER, report FOLDER");
   Refused({"report", json, "--by", "scenario", "--out", File("x.html")},
           "x.json: --by, --over and --figure are for a batch's file");
   Refused({"report", json, "--figure", File("x.png")}, "--figure are for a batch's file");
-  Refused({"report", db, "--ignore", "scenario", "--out", File("x.html")},
-          "report --ignore is gone; now: turbidock compare A B --ignore KEY --out FILE.html");
   Refused({"report", db, db, "--out", File("x.html")},
           "report shows one result; turbidock compare A B --out FILE.html shows two");
   Refused({"report", db, "--over", "seed", "--out", File("x.html")},
           "seed: trials cannot be grouped by this");
   Refused({"report", db, "--figure", File("x.png")}, "has nothing to draw");
   EXPECT_FALSE(fs::exists(File("x.png")));
-  Refused({"verify", db},
-          "verify is gone; now: turbidock replay FILE TRIAL, which compares digests");
   Refused({"list", "keys", "--show", "pool_active"}, "excludes");
-  Refused({"list", "--show", "pool_active", "--json"},
-          "list --json is gone; now: the same as text");
   for (const auto& [text, words] :
        {std::pair{"family: aruco_7x7\ntags: [{id: 1}]\n",
                   "tags.yaml:1: family = 'aruco_7x7', must be"},

@@ -134,17 +134,6 @@ TEST_F(CommandLine, ListHasALineForEveryBundledFile) {
   EXPECT_THAT(RunProgram({"list", "result-keys"}).out, HasSubstr("| `outcome`"));
 }
 
-TEST_F(CommandLine, WhatIsGoneSaysWhatTookItsPlace) {
-  ExpectBadInput({"plans", "--json"}, {"plans is gone; now: turbidock list plans"});
-  ExpectBadInput({"selftest", "--physics"}, {"selftest is gone; now: --version"});
-  for (const std::string option : {"--resolution", "--resolution=320x240"})
-    ExpectBadInput({"run", "pool_active", option, "320x240"},
-                   {"run --resolution is gone; now: --set rig.width_px=320"});
-  // A value of that name is none of them.
-  EXPECT_EQ(RunProgram({"list", "--show", "pool_active"}).exit_code, 0);
-  EXPECT_THAT(RunProgram({"run", "plans"}).err, HasSubstr("no bundled scenario of that name"));
-}
-
 TEST_F(CommandLine, BadUsage) {
   EXPECT_EQ(RunProgram({}).exit_code, 2);
   EXPECT_EQ(RunProgram({"run"}).exit_code, 2);

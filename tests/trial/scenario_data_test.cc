@@ -214,13 +214,6 @@ TEST(PaperScenarios, FlyThePublishedLawAndProcedure) {
   }
 }
 
-// A key of an older version is refused, also with the value that it had by default.
-TEST(OldScenario, WithAKeyThatIsGoneIsRefusedByName) {
-  for (const std::string value : {"true", "false"})
-    EXPECT_THAT(testing::MessageOf([&] { LoadScenario("pool_active", {"look_first=" + value}); }),
-                ::testing::HasSubstr("look_first: unknown key"));
-}
-
 TEST(StartPose, IsWithinItsBoundsForEverySeed) {
   for (int seed = 0; seed < 200; ++seed) {
     const char* name = seed % 2 ? "sea_night_active" : "paper_sea_night_active";

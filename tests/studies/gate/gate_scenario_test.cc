@@ -186,7 +186,6 @@ TEST_F(GateProgram, WhatCannotBeJudgedNeverPasses) {
   expect(2, {"gate"}, "gate is required");
   expect(2, {"gate", "none.yaml"}, "none.yaml");
   expect(2, {"gate", gate_}, "there is no baseline; the gate makes it with --update");
-  expect(2, {"gate", "--plan-size"}, "gate --plan-size is gone; now: gate GATE.yaml");
 
   // a baseline of two trials, so that the rest is quick
   const std::string small = File("small.yaml",

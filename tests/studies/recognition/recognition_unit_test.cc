@@ -361,7 +361,6 @@ TEST(RecognizeCommand, PrintsTheDocumentedKeys) {
 TEST(RecognizeCommand, RefusesBadInput) {
   for (const auto& [arguments, said] :
        std::vector<std::pair<std::vector<std::string>, std::string>>{
-           {{"--milk", "5"}, "recognize --milk is gone; now: "},
            {{"--set", "water.scattering_scale=9"}, "must be in [0.1, 3]"},
            {{"--set", "pose_source=true_pose"}, "pose_source: must be cameras"},
            {{"--set", "pose_estimator=best"}, "must be one of rm_ga, blobs, fiducial"},
