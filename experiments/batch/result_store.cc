@@ -111,6 +111,7 @@ ResultStore::~ResultStore() = default;
 
 ResultStore::ResultStore(std::string file, bool writes) : file_(std::move(file)) {
   if (writes) {
+    system::MakeFolderOf(file_);
     system::RequireWritable(file_, system::kResultFile);  // SQLite would open it for reading
     lock_ = std::make_unique<RunLock>(file_);
   }

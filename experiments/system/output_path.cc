@@ -81,6 +81,11 @@ void MakeFolder(const std::string& folder) {
   if (error) throw ConfigError(folder, "cannot be made: " + error.message());
 }
 
+void MakeFolderOf(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  if (!folder.empty()) MakeFolder(folder.string());
+}
+
 void RequireReplaceable(const std::string& path, const FileKind& kind) {
   const std::string there = BeginningOf(path);
   const std::string remedy = "; name another file, or move this one away";
@@ -123,7 +128,10 @@ OutputPlan& OutputPlan::Reads(const std::vector<std::string>& paths) {
 }
 
 OutputPlan& OutputPlan::Writes(const std::string& path, const FileKind& kind) {
-  if (!path.empty()) outputs_.push_back({path, kind});
+  if (path.empty()) return *this;
+  outputs_.push_back({path, kind});
+  const fs::path folder = fs::path(path).parent_path();
+  if (!folder.empty()) folders_.push_back(folder.string());
   return *this;
 }
 
@@ -160,6 +168,7 @@ void OutputPlan::RemoveOld() const {
 
 WholeFile::WholeFile(const std::string& path)
     : path_(path), target_(TargetOf(path)), partial_(target_ + ".partial") {
+  MakeFolderOf(path);
   RequireWritable(path);
 }
 

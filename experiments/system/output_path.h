@@ -12,6 +12,8 @@ namespace turbidock::system {
 
 // Makes a folder and those around it. ConfigError ("PATH: cannot be made: REASON").
 void MakeFolder(const std::string& folder);
+// The folder that a file stands in, likewise.
+void MakeFolderOf(const std::string& path);
 
 // A kind of file that the program writes, told by a text among its first bytes.
 struct FileKind {
@@ -36,9 +38,9 @@ class OutputPlan {
  public:
   OutputPlan& Reads(const std::string& path);  // nothing if empty
   OutputPlan& Reads(const std::vector<std::string>& paths);
-  // Nothing if empty. What is not asked for by its name has a kind.
+  // Nothing if empty. What is not asked for by its name has a kind. Whoever writes a file makes its
+  // folder when needed.
   OutputPlan& Writes(const std::string& path, const FileKind& kind = kAnyFile);
-  // Files of a folder, which whoever writes them makes when needed.
   OutputPlan& WritesInto(const std::string& folder, const std::vector<std::string>& names);
   // ConfigError for an output that cannot be written, is an input (under whatever name), is written
   // twice, or would replace what it must not. Leaves the file system as it was.
@@ -61,7 +63,7 @@ class OutputPlan {
 // gives it its name. Without that it is gone with this object, and what stood there stays.
 class WholeFile {
  public:
-  explicit WholeFile(const std::string& path);  // RequireWritable
+  explicit WholeFile(const std::string& path);  // MakeFolderOf, RequireWritable
   ~WholeFile();
   WholeFile(const WholeFile&) = delete;
   WholeFile& operator=(const WholeFile&) = delete;

@@ -177,10 +177,10 @@ TEST_F(BadInput, AnOptionThatSaysNothingHereIsRefused) {
           "--sbatch requires --slurm");
 }
 
-TEST_F(BadInput, AFolderThatIsNotThereIsNotMadeForAResultFile) {
-  Refused({"batch", "smoke", "--slurm", "2", "--out", File("none/x.db")},
-          File("none/x.db") + ": cannot be written: No such file or directory");
+TEST_F(BadInput, AResultFileBringsItsFolderAndBadInputDoesNot) {
+  Refused({"batch", "smok", "--out", File("none/x.db")}, "did you mean smoke?");
   EXPECT_FALSE(fs::exists(File("none")));
+  EXPECT_TRUE(fs::exists(Batch("new/x.db")));
 }
 
 // It becomes a line of a script.

@@ -67,10 +67,18 @@ TEST_F(OutputPath, NothingIsMadeBeforeSomethingIsWritten) {
       "no error");
   EXPECT_FALSE(fs::exists(File("new")));
   OutputPlan().WritesInto(File("new/deep"), {"a"}).WritesInto(File("new"), {"b"}).Require();
+  OutputPlan().Writes(File("new/results"), kResultFile).Require();
   EXPECT_FALSE(fs::exists(File("new")));
   fs::create_directory(File("there"));
   OutputPlan().WritesInto(File("there"), {"a"}).Require();
   EXPECT_TRUE(fs::is_directory(File("there")));
+}
+
+TEST_F(OutputPath, AFileBringsItsFolder) {
+  WriteWhole(File("new/deep/a"), "text");
+  EXPECT_EQ(ReadWhole(File("new/deep/a")), "text");
+  EXPECT_EQ(MessageOf([&] { WriteWhole(File("new/deep/a/b"), "text"); }),
+            File("new/deep/a") + ": cannot be made: Not a directory");
 }
 
 TEST_F(OutputPath, WhatAnEarlierRunSaidGoesAndItsResultsStay) {
