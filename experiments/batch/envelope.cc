@@ -278,7 +278,8 @@ std::optional<EnvelopeSummary> EnvelopesOf(const StoreHeader& header,
         EnvelopeOf(summary.plan, fmt::format("{}", fmt::join(names, ", ")), std::move(shown)));
   }
   for (size_t i = 1; i < summary.envelopes.size(); ++i)
-    summary.differences.push_back(DifferenceTo(summary, i));
+    if (HasEnded(summary.envelopes[0]) && HasEnded(summary.envelopes[i]))
+      summary.differences.push_back(DifferenceTo(summary, i));
   return summary;
 }
 

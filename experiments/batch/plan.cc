@@ -217,6 +217,7 @@ void Plan::ReadRanges(const config::YamlNode& plan, const PlanOverrides& overrid
         range.key == kScenarioKey)
       at.Fail("is no number; it belongs in the grid or in a case");
     given_.RequireNew(range.key, one_value);
+    given_.RequireNoWhole(range.key, one_value);
     given_.Add(range.key, one_value);
     GridAxis& axis = grid_.emplace_back(GridAxis{.key = range.key, .values = {}});
     const int last = lattice.axes[k].values - 1;

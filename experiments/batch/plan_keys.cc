@@ -140,4 +140,11 @@ void VariedKeys::RequireNew(const std::string& key, const config::YamlNode& valu
   });
 }
 
+void VariedKeys::RequireNoWhole(const std::string& key, const config::YamlNode& value) const {
+  for (size_t end = key.find('['); end != std::string::npos; end = key.find('[', end + 1))
+    if (const auto whole = leaves_.find(Dotted(key.substr(0, end))); whole != leaves_.end())
+      value.Fail("this key is given twice, also in the list of " + whole->second +
+                 ": give its other elements alone");
+}
+
 }  // namespace turbidock::batch

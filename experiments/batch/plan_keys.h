@@ -68,6 +68,8 @@ class VariedKeys {
   void Add(const std::string& key, const config::YamlNode& value);
   // ConfigError about the first key of the value that is there already, or of which a part is.
   void RequireNew(const std::string& key, const config::YamlNode& value) const;
+  // ConfigError where a list is given of which the key is an element: that value would be lost.
+  void RequireNoWhole(const std::string& key, const config::YamlNode& value) const;
   // Where a key in dots, or its first part, is given, alone or in a group; null where it is not.
   const std::string* Find(const std::string& key) const;
 

@@ -117,6 +117,9 @@ TEST(Envelope, SaysByHowMuchTwoCasesDiffer) {
   EXPECT_GT(difference.pairs, 20);
   for (StoredTrial& trial : batch.trials) trial.record.seed += trial.cell / 41;
   EXPECT_EQ(batch.Summary().differences[0].pairs, 0);
+  for (StoredTrial& trial : batch.trials)
+    if (trial.cell / 41 == 1) trial.record.outcome = trial::Outcome::kCrashed;
+  EXPECT_THAT(batch.Summary().differences, IsEmpty()) << "of nothing";
 }
 
 // Each point of the picture opens its trial.

@@ -115,6 +115,15 @@ TEST(Ranges, OfBadInputSaysWhereAndWhatIsAllowed) {
   EXPECT_THAT(ErrorOf(kMilk + kFind + "strata: {a: {}}\n"), HasSubstr("does not go with `ranges`"));
   EXPECT_THAT(ErrorOf(kMilk + kFind + "grid: {water.milk_ml_m3: [1, 2]}\n"),
               HasSubstr("given twice"));
+  const std::string current =
+      "ranges: {\"sea.current.surface_velocity_mps[1]\": {from: 0, to: 1}}\n" + kFind;
+  const std::string whole = "sea.current.surface_velocity_mps: [0.1, 0.2, 0]";
+  EXPECT_EQ(ErrorOf(current + "set: {\"sea.current.surface_velocity_mps[0]\": 0.1}\n"), "no error");
+  for (const std::string& by : {"set: {" + whole + "}", "cases: {a: {}, b: {" + whole + "}}"})
+    EXPECT_THAT(ErrorOf(current + by + "\n"), HasSubstr("twice, also in the list of plan.yaml:5"));
+  EXPECT_THAT(ErrorOf(current, {.assignments = config::ParseAssignments(
+                                    {"sea.current.surface_velocity_mps=[0.1, 0.2, 0]"})}),
+              HasSubstr("plan.yaml:3: ranges.sea.current.surface_velocity_mps[1]: this key is"));
   EXPECT_THAT(ErrorOf(kMilk + kFind, {.seeds = 3}), HasSubstr("--seeds: does not go with"));
   EXPECT_THAT(ErrorOf(kMilk + kFind, {.refused = {kNoRanges}}),
               HasSubstr("only `turbidock batch` looks for a boundary"));

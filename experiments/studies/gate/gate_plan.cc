@@ -30,6 +30,8 @@ void ReadSettings(const config::YamlNode& node, bool has_ranges, auto* settings,
                               : "is for a plan with ranges");
   const auto never = node.Find(kNeverKey);
   if (!never) return;
+  if (has_ranges)
+    never->Fail("the plan has ranges, whose trials are also where docking fails: leave it out");
   if (!never->IsList()) never->Fail("must be a list of outcomes");
   settings->never.clear();
   for (const config::YamlNode& outcome : never->Elements()) {

@@ -150,6 +150,7 @@ TEST_F(EnvelopeGate, SaysWhatDoesNotGoTogether) {
               HasSubstr("margins.success_rate: the plan has ranges: the only margin is `area`"));
   EXPECT_THAT(refusal("{}"), HasSubstr("margins.area: this key is required"));
   EXPECT_THAT(refusal("{area: 0.05}", "  max_trials: 50\n"), HasSubstr("the baseline chose"));
+  EXPECT_THAT(refusal("{area: 0.05}", "  never: [collision]\n"), HasSubstr("leave it out"));
   EXPECT_THAT(refusal("{area: 0.05}", "", ""), HasSubstr("is for a plan with ranges"));
   EXPECT_THAT(refusal("{area: 0.05}", "  conditions: {rough: {margins: {time_s: 1}}}\n"),
               HasSubstr("the only margin is `area`"));
