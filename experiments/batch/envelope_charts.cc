@@ -251,7 +251,7 @@ report::Section EnvelopeSection(const EnvelopeSummary& summary) {
           "Median and 95 % interval of a model of success (a plane of log odds plus a Gaussian "
           "process; search/boundary_model.h). The grey band holds the whole boundary with 95 %: "
           "cells outside of it are together on the side that is shown. Trials were chosen near the "
-          "boundary, a tenth of them evenly, so rates far from it are rough; points of a "
+          "boundary, a tenth of them evenly, so intervals far from it are wide; points of a "
           "cell stand side by side.",
       .wide = true};
   if (summary.envelopes.size() > 1) section.panels.push_back(TogetherOf(places, summary.envelopes));

@@ -157,8 +157,9 @@ struct Component {
   Laplace fit;
 };
 
-// Of every length and deviation that is not out of the question; the first is the plane alone.
-std::vector<Component> FitAll(const Lattice& lattice, const Data& data) {
+// Of every length, and of every deviation that is not out of the question; the first is the plane
+// alone. With kMuch of the first length and deviation alone.
+std::vector<Component> FitAll(const Lattice& lattice, const Data& data, Variation variation) {
   const MatrixXd plane = PlaneBasis(lattice);
   std::vector<Component> all;
   double most = -1e300;
@@ -168,7 +169,7 @@ std::vector<Component> FitAll(const Lattice& lattice, const Data& data) {
     most = std::max(most, fit.log_evidence);
     all.push_back({std::move(features), std::move(fit)});
   };
-  add(plane, VectorXd::Zero(plane.cols()));
+  if (variation == Variation::kLearnt) add(plane, VectorXd::Zero(plane.cols()));
   for (const double length : kLengths) {
     const MatrixXd process = ProcessBasis(lattice, length);
     VectorXd start = VectorXd::Zero(plane.cols() + process.cols());
@@ -176,6 +177,7 @@ std::vector<Component> FitAll(const Lattice& lattice, const Data& data) {
       MatrixXd features(plane.rows(), start.size());
       features << plane, deviation * process;
       add(std::move(features), start);
+      if (variation == Variation::kMuch) return all;
       if (all.back().fit.log_evidence < most - kHopeless) break;
       start = all.back().fit.mode;
     }
@@ -185,8 +187,9 @@ std::vector<Component> FitAll(const Lattice& lattice, const Data& data) {
 
 }  // namespace
 
-MatrixXd DrawLogOdds(const Lattice& lattice, const std::vector<Tally>& tallies, int draws) {
-  const std::vector<Component> all = FitAll(lattice, DataOf(tallies));
+MatrixXd DrawLogOdds(const Lattice& lattice, const std::vector<Tally>& tallies, int draws,
+                     Variation variation) {
+  const std::vector<Component> all = FitAll(lattice, DataOf(tallies), variation);
   double most = -1e300, sum = 0;
   for (const Component& c : all) most = std::max(most, c.fit.log_evidence);
   for (const Component& c : all) sum += std::exp(c.fit.log_evidence - most);

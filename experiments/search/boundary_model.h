@@ -26,9 +26,14 @@
 
 namespace turbidock::search {
 
+// How much log odds vary about the plane: as the trials say, which is as they do where most trials
+// are; or much, for what is said of places with few trials, where they may do otherwise.
+enum class Variation { kLearnt, kMuch };
+
 // Log odds of success: a row for each cell of the lattice, a column for each draw. The same for the
 // same tallies.
-Eigen::MatrixXd DrawLogOdds(const Lattice& lattice, const std::vector<Tally>& tallies, int draws);
+Eigen::MatrixXd DrawLogOdds(const Lattice& lattice, const std::vector<Tally>& tallies, int draws,
+                            Variation variation = Variation::kLearnt);
 
 // The nearest function, in weighted squares, that falls or rises along the axes that are said to:
 // pool adjacent violators along one, Dykstra's alternating projections over several (Dykstra and

@@ -158,15 +158,14 @@ Boundary BoundaryOf(const BoundarySearch& search, const std::vector<Tally>& tall
   const VectorXd above = ShareAbove(draws);
   Boundary boundary{.sides = SidesOf(draws, above), .above = {above.begin(), above.end()}};
   boundary.undecided = ShareUndecided(boundary.sides);
-  std::vector<double> sorted(static_cast<size_t>(draws.cols()));
+  const MatrixXd odds = DrawLogOdds(search.lattice, tallies, kDraws, Variation::kMuch);
+  std::vector<double> sorted(static_cast<size_t>(odds.cols()));
   const auto at = [&](double share) {
-    return 1 /
-           (1 +
-            std::exp(-level -
-                     sorted[static_cast<size_t>(share * static_cast<double>(sorted.size() - 1))]));
+    const auto place = static_cast<size_t>(share * static_cast<double>(sorted.size() - 1));
+    return 1 / (1 + std::exp(-sorted[place]));
   };
-  for (Eigen::Index c = 0; c < draws.rows(); ++c) {
-    VectorXd::Map(sorted.data(), draws.cols()) = draws.row(c);
+  for (Eigen::Index c = 0; c < odds.rows(); ++c) {
+    VectorXd::Map(sorted.data(), odds.cols()) = odds.row(c);
     std::ranges::sort(sorted);
     boundary.rate.push_back(at(0.5));
     boundary.low.push_back(at(0.025));

@@ -59,9 +59,10 @@ struct Boundary {
   // the band that holds the boundary.
   std::vector<Side> sides = {};
   std::vector<double> above = {};  // of each cell: probability that its rate is above
-  std::vector<double> rate = {}, low = {},
-                      high = {};  // of each cell: posterior median, 95 % interval
-  double undecided = 1;           // share of the cells
+  // Of each cell: posterior median, 95 % interval. By a model of its own, which learns less from
+  // the trials near the boundary about the rest (Variation::kMuch).
+  std::vector<double> rate = {}, low = {}, high = {};
+  double undecided = 1;  // share of the cells
   // Log odds less those of the rate looked for, draw by draw, each over all cells.
   std::vector<std::vector<float>> draws = {};
 };

@@ -133,6 +133,22 @@ TEST(BoundaryOf, IsSeldomSureOfTheWrongSideOfACorner) {
   EXPECT_LE(wrong, 4);
 }
 
+// Most trials are where success falls slowly; a model of these alone is sure of wrong rates about
+// the cliff, and holds 90 of 100.
+TEST(BoundaryOf, TellsRatesFarFromTheBoundaryThatHold) {
+  const BoundarySearch search{.lattice = LatticeOf(1, 41, Trend::kFalls)};
+  const std::vector<double> rates = RatesOf(search.lattice, [](const auto& x) {
+    return Logistic(2.2 - 6 * (x[0] - 0.35)) * (x[0] > 0.75 ? 0.07 : 1);
+  });
+  double held = 0;
+  for (uint64_t seed = 0; seed < 40; ++seed) {
+    const Boundary boundary = BoundaryOf(search, Search(search, rates, seed).tallies);
+    for (size_t c = 0; c < rates.size(); ++c)
+      held += boundary.low[c] - 0.01 <= rates[c] && rates[c] <= boundary.high[c] + 0.01;
+  }
+  EXPECT_GE(held / (40 * 41), 0.93);
+}
+
 TEST(BoundarySearch, ChoosesTrialsNearTheBoundaryButForChecks) {
   // narrow enough that the first round, which is even, is a small part
   const BoundarySearch search{.lattice = LatticeOf(1, 41, Trend::kFalls), .width = 0.05};
