@@ -145,6 +145,24 @@ int RegionsOf(const search::Lattice& lattice, const std::vector<Side>& sides, Si
   return regions;
 }
 
+// Averaged over the cells within a tenth of each range: of single cells some are against by chance.
+std::vector<float> Smoothed(const search::Lattice& lattice, std::vector<float> draw) {
+  for (size_t k = 0; k < lattice.axes.size(); ++k) {
+    constexpr double kReach = 0.1;
+    const std::vector<float> from = draw;
+    const int count = lattice.axes[k].values, step = lattice.Step(k);
+    const auto reach = static_cast<int>(std::lround(kReach * (count - 1)));
+    for (int cell = 0; cell < lattice.cells(); ++cell) {
+      const int at = cell / step % count;
+      const int first = std::max(-reach, -at), last = std::min(reach, count - 1 - at);
+      float sum = 0;
+      for (int i = first; i <= last; ++i) sum += from[static_cast<size_t>(cell + i * step)];
+      draw[static_cast<size_t>(cell)] = sum / static_cast<float>(last - first + 1);
+    }
+  }
+  return draw;
+}
+
 // Whether later cells of a line along a range are higher where they should be lower, or the other
 // way round, in nearly all draws.
 bool IsAgainst(const search::Boundary& free, const search::Lattice& lattice, size_t range) {
@@ -171,7 +189,8 @@ std::vector<std::string> NotMonotone(const EnvelopePlan& plan,
   search::BoundarySearch free = plan.Search();
   const search::Lattice lattice = free.lattice;
   for (search::LatticeAxis& axis : free.lattice.axes) axis.trend = search::Trend::kUnknown;
-  const search::Boundary boundary = BoundaryOf(free, tallies);
+  search::Boundary boundary = BoundaryOf(free, tallies);
+  for (auto& draw : boundary.draws) draw = Smoothed(lattice, std::move(draw));
   for (size_t k = 0; k < lattice.axes.size(); ++k)
     if (lattice.axes[k].trend != search::Trend::kUnknown && IsAgainst(boundary, lattice, k))
       keys.push_back(NameOfKey(plan.ranges[k].key).label);

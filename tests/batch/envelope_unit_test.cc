@@ -164,5 +164,47 @@ TEST(Envelope, SaysThatSuccessIsNotMonotone) {
               Contains(HasSubstr("above 90 % in 2 separate regions")));
 }
 
+// The limits of an envelope of two ranges, searched by lot at these rates at places in [0, 1].
+std::vector<std::string> LimitsInTwo(uint64_t seed,
+                                     const std::function<double(double x, double y)>& rate) {
+  const EnvelopePlan plan{
+      .ranges = {{.key = "water.milk_ml_m3", .from = 0, .to = 80, .success = search::Trend::kFalls},
+                 {.key = "water.contrast", .from = 0, .to = 1, .success = search::Trend::kFalls}}};
+  const search::BoundarySearch search = plan.Search();
+  std::vector<search::Tally> tallies(441);
+  std::vector<int64_t> run(441);
+  std::vector<StoredTrial> trials;
+  Rng rng = SeedTree(seed).Stream("lots");
+  for (;;) {
+    const std::vector<int> cells = NextRound(search, tallies, run);
+    if (cells.empty()) break;
+    for (const int cell : cells) {
+      const auto c = static_cast<size_t>(cell);
+      const bool docks = rng.Uniform() < rate((cell / 21) / 20.0, (cell % 21) / 20.0);
+      ++run[c], ++tallies[c].trials, tallies[c].successes += docks;
+      StoredTrial& trial = trials.emplace_back();
+      trial.cell = cell;
+      testing::End(&trial.record, docks ? trial::Failure::kNone : trial::Failure::kCollision);
+    }
+  }
+  std::vector<const StoredTrial*> all;
+  for (const StoredTrial& trial : trials) all.push_back(&trial);
+  return EnvelopeOf(plan, "", all).limits;
+}
+
+// By single cells this seed's step seemed not to be monotone.
+TEST(Envelope, SaysSoInTwoRangesOfAHoleAndNotOfAStep) {
+  constexpr uint64_t kSeed = 1;
+  EXPECT_THAT(LimitsInTwo(kSeed,
+                          [](double x, double y) {
+                            const bool is_hole = std::hypot(x - 0.3, y - 0.3) < 0.15;
+                            return is_hole ? 0.2 : Logistic(3.5 - 10 * (x + y - 1.5));
+                          }),
+              Contains(HasSubstr("not monotone in water milk, water contrast")));
+  EXPECT_THAT(
+      LimitsInTwo(kSeed, [](double x, double y) { return std::hypot(x, y) < 0.7 ? 0.97 : 0.3; }),
+      ::testing::Not(Contains(HasSubstr("not monotone"))));
+}
+
 }  // namespace
 }  // namespace turbidock::batch
