@@ -1,5 +1,10 @@
 #pragma once
 // How two boundaries differ, where some trials of both were of the same seed.
+//
+// Both may have any shape. A shift that pairs tell (studies/gate/envelope_gate.h) is for one thing
+// that runs again: there it tells small losses sooner, but of cases whose slopes differ (30 and 10
+// in log odds over the range) it held 21 of 40 differences and told 14 of 40 that were none; this
+// held all.
 
 #include <vector>
 
