@@ -198,6 +198,37 @@ def test_an_mcap_of_another_profile_is_named(tmp_path):
         logs.read_bag(tmp_path / "trial.mcap", {"motion": {"imu": "/imu"}})
 
 
+def test_what_is_no_bag_yet_is_named(tmp_path):
+    (tmp_path / "dive.db3.zst").write_bytes(b"\x28\xb5\x2f\xfd")
+    (tmp_path / "dive").mkdir()
+    for name, words in (("dive.db3.zst", "is no bag: one that was packed is unpacked first"),
+                        ("dive", "has no metadata.yaml: give its .mcap")):
+        with pytest.raises(turbidock.ConfigError, match=f"{name}: {words}"):
+            logs.read_bag(tmp_path / name, {"motion": {"imu": "/imu"}})
+    maker = Maker("mcap", tmp_path / "dive")
+    maker.write("/imu", START_NS, maker.imu(START_NS, [1, 0, 0, 0], [0, 0, 0]))
+    cut = next(maker.close().glob("*.mcap"))
+    cut.write_bytes(cut.read_bytes()[:-20])
+    with pytest.raises(turbidock.ConfigError, match="`mcap recover` saves what is whole$"):
+        logs.read_bag(cut, {"motion": {"imu": "/imu"}})
+
+
+def test_an_autopilot_that_is_disarmed_or_begins_anew(tmp_path):
+    topics = {"motion": {"commands": {"topic": "RCOU", "field": ["C1", "C2"], "columns": ["a_pwm_us", "b_pwm_us"]}}}
+
+    def read(*rows):
+        dataflash(tmp_path / "dive.bin", [("RCOU", at, *values) for at, *values in rows], {"RCOU": ("QHH", "TimeUS,C1,C2")})
+        return logs.read_bag(tmp_path / "dive.bin", topics)
+
+    bag = read((10**6, 0, 1600), (2 * 10**6, 1450, 1600))
+    assert list(bag.motion["a_pwm_us"]) == [1500, 1450]
+    assert bag.notes == ["motion.commands: a_pwm_us is 0, no pulse, in 1 messages: taken as 1500, neutral."]
+    with pytest.raises(turbidock.ConfigError, match="motion.commands: b_pwm_us is 2 to 3, must be 1100 to 1900 microseconds"):
+        read((10**6, 1500, 2), (2 * 10**6, 1450, 3))
+    with pytest.raises(turbidock.ConfigError, match="RCOU: the clock runs backwards .*; the autopilot began anew: cut the log there$"):
+        read((9 * 10**6, 1500, 1500), (10**6, 1500, 1500))
+
+
 def test_a_damaged_log_is_said_to_be_in_one_line(tmp_path, capsys):
     dataflash(tmp_path / "dive.bin", [("CTUN", 10**5 * i, -1.5 - i) for i in range(5)], {"CTUN": ("Qf", "TimeUS,Alt")})
     whole = (tmp_path / "dive.bin").read_bytes()

@@ -12,6 +12,7 @@ import tempfile
 from contextlib import contextmanager
 from typing import Any, Callable, Iterable, Iterator, Mapping, Sequence
 
+from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -51,9 +52,16 @@ def opened(files: Sequence[str], types: Mapping[str, str] = {}) -> Iterator[tupl
     if any(of_ardusub):
         raise ConfigError(f"{name}: logs of ArduSub and bags of ROS have no clock in common")
     for file in files:
-        _check_profile(file)
+        if os.path.isdir(file) and not os.path.exists(os.path.join(file, "metadata.yaml")):
+            raise ConfigError(f"{file}: has no metadata.yaml: give its .mcap or .db3 files themselves, or `ros2 bag reindex` it")
+        if file.lower().endswith((".zst", ".gz", ".lz4", ".csv", ".ulg")):
+            raise ConfigError(f"{file}: is no bag: one that was packed is unpacked first (zstd -d), a table goes to turbidock-identify itself")
     store = get_typestore(Stores.LATEST)
     with whole(name):
+        for file in [file for file in files if file.lower().endswith(".mcap")]:
+            with open(file, "rb") as stream:
+                if (profile := make_reader(stream).get_header().profile) != "ros2":
+                    raise ConfigError(f"{file}: an MCAP of profile '{profile}', must be ros2 (a trial's own has Foxglove's messages)")
         reader = AnyReader([pathlib.Path(file) for file in files], default_typestore=store)
         reader.open()
         reader.typestore.register({kind: fields for kind, fields in _defined(types).items() if kind not in reader.typestore.types})
@@ -92,18 +100,6 @@ def _defined(types: Mapping[str, str]) -> dict[str, Any]:
     return found
 
 
-def _check_profile(file: str) -> None:
-    """ConfigError for an MCAP whose messages are not of ROS 2."""
-    if not file.lower().endswith(".mcap"):
-        return
-    with open(file, "rb") as stream:
-        begin = stream.read(1000)
-    size = int.from_bytes(begin[17:21], "little")  # after the magic, an opcode and a record's length
-    profile = begin[21:21 + size].decode("utf-8", "replace")
-    if begin.startswith(b"\x89MCAP0\r\n\x01") and profile != "ros2":
-        raise ConfigError(f"{file}: an MCAP of profile '{profile}', must be ros2 (a trial's own has Foxglove's messages)")
-
-
 def _words(error: Exception) -> str:
     return " ".join(str(error).split()) or type(error).__name__
 
@@ -116,7 +112,8 @@ def whole(name: str) -> Iterator[None]:
     except (ConfigError, ImportError, KeyboardInterrupt):
         raise
     except Exception as error:
-        raise ConfigError(f"{name}: cannot be read, cut off or no log: {_words(error)}") from error
+        raise ConfigError(f"{name}: cannot be read, cut off or no log: {_words(error)}"
+                          + "; `mcap recover` saves what is whole" * ("end magic" in str(error))) from error
 
 
 def _mavlink(files: Sequence[str], said: list[str]) -> Messages:  # said: of damage, by C code, a line a byte

@@ -22,12 +22,8 @@ and of a dive's .bin:
       depth: {topic: CTUN, field: Alt, scale: -1}
       commands: {topic: RCOU, field: [C1, C2, C3], columns: [t1_pwm_us, t2_pwm_us, t3_pwm_us]}
 
-and of a trial of turbidock's own (`turbidock-mcap --ros2`):
-
-    motion:
-      odometry: /tf[vehicle]
-      commands: {topic: /commands, field: [sway_v, heave_v], columns: [sway_v, heave_v]}     # of each thruster
-      current: {topic: /motion, field: [water_x_mps, water_y_mps, water_z_mps], columns: [water_x_mps, water_y_mps, water_z_mps]}
+A trial of turbidock's own (`turbidock-mcap --ros2`) has `odometry: /tf[vehicle]`, in `/commands` a field of each thruster's column
+(`field: [sway_v], columns: [sway_v]`), and in `/motion` water_x_mps, water_y_mps, water_z_mps.
 
 Any message will do, also of a type of one's own: `field` is the way to a number, a list, a vector or a quaternion in it, or a list
 of such ways; `columns` are those of `turbidock.logs.motion` that it fills; `scale` multiplies, then `offset` adds: commands of
@@ -60,10 +56,10 @@ from .._program import PROGRAM
 from ..scenario import Path, Scenario, Settings, assignments_of, scenario_of
 from ._images import SIDES, apart_note, pairs_of, rig_text, widen, write_image
 from ._log import add_estimates
-from ._reading import MAVLINK, Sources, opened, whole
+from ._reading import MAVLINK, Sources, opened, split, whole
 from .mcap_out import McapFile
-from .motion import (DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, has, read_motion,
-                     without_zeros, write_motion)
+from .motion import (COLUMNS, COMMANDS, DEPTH, EULER, POSITION, QUATERNION, TURN_RATE, VELOCITY, WATER, Motion, check_motion, has,
+                     read_motion, without_zeros, write_motion)
 
 # What a name of `motion` stands for: ways to what its messages may hold, and the columns of that.
 KNOWN: Mapping[str, Sequence[tuple[Sequence[str], Sequence[str]]]] = {
@@ -74,8 +70,6 @@ KNOWN: Mapping[str, Sequence[tuple[Sequence[str], Sequence[str]]]] = {
     "dvl": ((("twist.twist.linear", "twist.linear", "vector", "velocity"), VELOCITY),), "commands": ((("data", "channels"), ()),)}
 # Of axes to the right and down.
 TURNED = {*POSITION[1:], *QUATERNION[2:], *VELOCITY[1:], *TURN_RATE[1:], *EULER[1:], *WATER[1:]}
-COLUMNS = {*POSITION, *QUATERNION, *VELOCITY, *TURN_RATE, *EULER, *DEPTH, *WATER}
-COMMANDS = ("_v", "_pwm_us", "_newton", "_newton_m")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -160,13 +154,10 @@ def _at(message: Any, way: str) -> Optional[list[float]]:
     try:
         for word in way.split("."):
             message = message[int(word)] if word.isdigit() else getattr(message, word)
-    except (AttributeError, IndexError, TypeError):
-        return None
-    if hasattr(message, "x") and hasattr(message, "z"):
-        message = [getattr(message, axis) for axis in "wxyz" if hasattr(message, axis)]
-    try:
+        if hasattr(message, "x") and hasattr(message, "z"):
+            message = [getattr(message, axis) for axis in "wxyz" if hasattr(message, axis)]
         return [float(value) for value in np.atleast_1d(message)]
-    except (TypeError, ValueError):
+    except (AttributeError, IndexError, TypeError, ValueError):
         return None
 
 
@@ -196,8 +187,7 @@ def _numbers(entry: _Entry, message: Any, kind: str) -> dict[str, float]:
     return row
 
 
-def _settings(topics: Union[Path, Mapping[str, Any]]
-              ) -> tuple[dict[str, str], dict[str, str], list[_Entry], str, dict[str, str]]:
+def _settings(topics: Union[Path, Mapping[str, Any]]) -> tuple[dict[str, str], dict[str, str], list[_Entry], str, dict[str, str]]:
     """Images, camera_info, motion, clock and types of such a file, or of a dict like it."""
     given: Any = topics
     name = "topics" if isinstance(topics, Mapping) else os.fspath(topics)
@@ -217,20 +207,21 @@ def _settings(topics: Union[Path, Mapping[str, Any]]
                 raise ConfigError(f"{name}: {path + '.' if path else ''}{key} is no key; there are {', '.join(allowed)}")
         return dict(value)
 
+    def good(is_good: bool, value: Any, path: str, what: str) -> None:
+        if not is_good:
+            raise ConfigError(f"{name}: {path} is {value}, must be {what}")
+
     def names(value: Any, path: str) -> list[str]:
         found = [value] if isinstance(value, str) else value or []
-        if not isinstance(found, (list, tuple)) or not all(isinstance(each, str) for each in found):
-            raise ConfigError(f"{name}: {path} is {value}, must be a name or a list of names")
+        good(isinstance(found, (list, tuple)) and all(isinstance(each, str) for each in found), value, path, "a name or a list of names")
         return list(found)
 
     def one_of(value: Any, path: str, allowed: Sequence[str]) -> str:
-        if value not in allowed:
-            raise ConfigError(f"{name}: {path} is {value}, must be {' or '.join(allowed)}")
+        good(value in allowed, value, path, " or ".join(allowed))
         return str(value)
 
     def number(value: Any, path: str) -> float:
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
-            raise ConfigError(f"{name}: {path} is {value}, must be a number")
+        good(type(value) in (int, float) and bool(np.isfinite(value)), value, path, "a number")
         return float(value)
 
     given = keys(given, "", ("images", "camera_info", "motion", "clock", "types"))
@@ -268,13 +259,13 @@ def _settings(topics: Union[Path, Mapping[str, Any]]
     return sided["images"], sided["camera_info"], entries, clock, types
 
 
-def _check_times(topic: str, times_ns: Sequence[int], notes: list[str], start_ns: int) -> None:
+def _check_times(topic: str, times_ns: Sequence[int], notes: list[str], start_ns: int, own: bool) -> None:
     """ConfigError for a clock that runs backwards; a note for a gap."""
     steps = np.diff(np.array(times_ns, np.int64))
     if len(back := np.flatnonzero(steps < 0)):
         at = back[0]
-        raise ConfigError(f"{topic}: the clock runs backwards at message {at + 1}, by {-steps[at] / 1e9:.3f} s; "
-                          "`clock: log` takes the times at which it was recorded")
+        raise ConfigError(f"{topic}: the clock runs backwards at message {at + 1}, by {-steps[at] / 1e9:.3f} s; " + (
+            "`clock: log` takes the times at which it was recorded" if own else "the autopilot began anew: cut the log there"))
     if steps.any() and steps.max() > max(10 * np.median(steps[steps > 0]), 0.5e9):
         at = steps.argmax()
         notes.append(f"{topic}: nothing for {steps[at] / 1e9:.2f} s after {(times_ns[int(at)] - start_ns) / 1e9:.2f} s.")
@@ -294,9 +285,8 @@ def read_bag(files: Union[Path, Sequence[Path]], topics: Union[Path, Mapping[str
     changed: dict[str, str] = {}
     sources = Sources(wanted)
     with opened(names, types) as (kinds, read), whole(", ".join(names)):
-        for topic in sorted(sources.topics()):
-            if topic not in kinds:
-                raise ConfigError(f"{', '.join(names)}: has no topic {topic}; it has {', '.join(sorted(kinds)) or 'none'}")
+        if missing := sorted(sources.topics() - set(kinds)):
+            raise ConfigError(f"{', '.join(names)}: has no topic {missing[0]}; it has {', '.join(sorted(kinds)) or 'none'}")
         for name, source, log_ns, message in read(sources.topics()):
             for topic in sources.of(name, source):
                 at, stamped = _time_of(message, log_ns, clocks[topic])
@@ -308,13 +298,12 @@ def read_bag(files: Union[Path, Sequence[Path]], topics: Union[Path, Mapping[str
                     if rig_text(rig.setdefault(side, message), topic) != rig_text(message, topic):
                         changed[topic] = f"{topic}: changes in the log; its first is taken."
         sources.check(", ".join(names))
-    for topic in sorted(wanted):
-        if not times[topic]:
-            raise ConfigError(f"{', '.join(names)}: {topic} is empty")
+    if empty := sorted(topic for topic in wanted if not times[topic]):
+        raise ConfigError(f"{', '.join(names)}: {empty[0]} is empty")
     start_ns = min(min(each) for each in times.values())
     notes = [f"{topic}: its messages say no time, the log's is taken." for topic in sorted(unstamped)] + list(changed.values())
     for topic in sorted({*images.values(), *(entry.topic for entry in entries)}):
-        _check_times(topic, times[topic], notes, start_ns)
+        _check_times(topic, times[topic], notes, start_ns, kinds[split(topic)[0]] != MAVLINK)
     spans = {topic: (min(each), max(each)) for topic, each in times.items() if topic not in infos.values()}
     latest, earliest = max(spans, key=lambda topic: spans[topic][0]), min(spans, key=lambda topic: spans[topic][1])
     if spans[latest][0] > spans[earliest][1]:
@@ -326,8 +315,7 @@ def read_bag(files: Union[Path, Sequence[Path]], topics: Union[Path, Mapping[str
                {side: rig_text(info, infos[side]) for side, info in rig.items()}, notes, images, clock)
 
 
-def _motion(entries: Sequence[_Entry], rows: Iterable[tuple[_Entry, int, dict[str, float]]], start_ns: int, notes: list[str]
-            ) -> Motion:
+def _motion(entries: Sequence[_Entry], rows: Iterable[tuple[_Entry, int, dict[str, float]]], start_ns: int, notes: list[str]) -> Motion:
     """The table, in which of two entries with a column the first has it. ConfigError for commands that are no volts."""
     there: dict[str, set[str]] = {entry.name: set() for entry in entries}
     table: dict[int, dict[str, float]] = {}
@@ -347,10 +335,17 @@ def _motion(entries: Sequence[_Entry], rows: Iterable[tuple[_Entry, int, dict[st
     made, zeros = without_zeros(check_motion({"time_s": np.array([(ns - start_ns) / 1e9 for ns in times])} | {
         column: np.array([table[ns].get(column, np.nan) for ns in times]) for column in owner}) if owner else {})
     notes += zeros
-    for column, values in made.items():
+    for column, values in list(made.items()):
         if column.endswith("_v") and (np.nanmin(values) < 0 or np.nanmax(values) > 5):
             raise ConfigError(f"motion.{owner[column]}: {column} is {np.nanmin(values):.3g} to {np.nanmax(values):.3g}, must be 0 to "
                               "5 V with 2.5 neutral: commands of -1 to 1 take `scale: 2.5, offset: 2.5`")
+        if column.endswith("_pwm_us"):
+            if gone := int((values == 0).sum()):  # a disarmed autopilot
+                made[column] = values = np.where(values == 0, 1500, values)
+                notes.append(f"motion.{owner[column]}: {column} is 0, no pulse, in {gone} messages: taken as 1500, neutral.")
+            if np.nanmin(values) < 800 or np.nanmax(values) > 2200:
+                raise ConfigError(f"motion.{owner[column]}: {column} is {np.nanmin(values):.4g} to {np.nanmax(values):.4g}, must be 1100 to "
+                                  "1900 microseconds with 1500 neutral: `scale` and `offset` make it so")
     return made
 
 
@@ -362,9 +357,8 @@ def estimate_bag(folder: Path, file: Path = "", *, marker: Path = "", settings: 
     apart in time and the log has turn rates. `marker` and `settings` as its --marker and --set.
     With a scenario, whose vehicle has these cameras, FOLDER/motion.csv gets the vehicle's poses for `identify`."""
     at = pathlib.Path(folder)
-    for name in ("times.csv", "left.yaml", "right.yaml"):
-        if not (at / name).is_file():
-            raise ConfigError(f"{at}: has no {name}: it must be a log with images and camera_info")
+    if missing := [name for name in ("times.csv", "left.yaml", "right.yaml") if not (at / name).is_file()]:
+        raise ConfigError(f"{at}: has no {missing[0]}: it must be a log with images and camera_info")
     with open(at / "times.csv", newline="") as text:
         pairs = list(csv.DictReader(text))
     words = [*(word for side in SIDES for word in (f"--{side}", str(at / side), "--rig", str(at / f"{side}.yaml"))),

@@ -46,37 +46,49 @@ TURN_RATE = ("roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s")
 EULER = ("roll_rad", "pitch_rad", "yaw_rad")
 DEPTH = ("depth_m",)
 WATER = ("water_x_mps", "water_y_mps", "water_z_mps")
+COLUMNS = {*POSITION, *QUATERNION, *VELOCITY, *TURN_RATE, *EULER, *DEPTH, *WATER}
+COMMANDS = ("_v", "_pwm_us", "_newton", "_newton_m")
+ABSENT = ("null", "none", "na", "n/a", "#n/a", "-")  # besides nan, what programs write where there is no number
 
 
 def read_motion(file: Union[str, "os.PathLike[str]"]) -> Motion:
-    """Reads such a file. Words (a trial's stage) become NaN. ConfigError with file and line for a row of another length, for
-    a time that is none, and as of `check_motion`."""
+    """Reads such a file. Words in other columns (a trial's stage) become NaN. ConfigError with file and line for a row of another
+    length, for a word where a number must be, and as of `check_motion`."""
     name = os.fspath(file)
     try:
         with open(name, newline="", encoding="utf-8-sig") as text:  # a spreadsheet's mark at its begin is no letter
-            rows = list(csv.reader(text))
+            rows = csv.reader(text)
+            header = [word.strip() for word in next(rows, ())]
+            if not header:
+                raise ConfigError(f"{name}: is empty")
+            if "time_s" not in header:
+                raise ConfigError(f"{name}:1: has no column time_s" + (f"; it has {', '.join(header[:4])}" if len(header) > 1 else
+                                                                       ", and no commas between columns"))
+            if twice := next((word for word in header if word and header.count(word) > 1), ""):
+                raise ConfigError(f"{name}:1: has column {twice} twice")
+            table = np.array([_numbers(row, header, f"{name}:{rows.line_num}") for row in rows if row]).reshape(-1, len(header))
     except OSError as error:
         raise ConfigError(f"{name}: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise ConfigError(f"{name}: is no text") from None
-    if not rows:
-        raise ConfigError(f"{name}: is empty")
-    header = [word.strip() for word in rows[0]]
-    if "time_s" not in header:
-        raise ConfigError(f"{name}:1: has no column time_s" + ", and no commas between columns" * (len(header) == 1))
-    if twice := next((word for word in header if word and header.count(word) > 1), ""):
-        raise ConfigError(f"{name}:1: has column {twice} twice")
-    for number, row in enumerate(rows[1:], 2):
-        if row and len(row) != len(header):
-            raise ConfigError(f"{name}:{number}: has {len(row)} values, the header {len(header)}")
-    table = np.array([[_number(word) for word in row] for row in rows[1:] if row], float).reshape(-1, len(header))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ConfigError(f"{name}: is no CSV in UTF-8: {error}") from None
     return check_motion({column: table[:, i] for i, column in enumerate(header)}, name)
 
 
-def _number(word: str) -> float:
+def _numbers(row: Sequence[str], header: Sequence[str], at: str) -> Numbers:
+    if len(row) != len(header):
+        raise ConfigError(f"{at}: has {len(row)} values, the header {len(header)}")
+    try:
+        return np.array([float(word or "nan") for word in row])
+    except ValueError:  # each on its own
+        return np.array([_number(word.strip(), column, at) for word, column in zip(row, header)])
+
+
+def _number(word: str, column: str, at: str) -> float:
     try:
         return float(word or "nan")
     except ValueError:
+        if (column in COLUMNS or column == "time_s" or column.endswith(COMMANDS)) and word.lower() not in ABSENT:
+            raise ConfigError(f"{at}: {column} is '{word}', must be a number" + ", with a point" * ("," in word)) from None
         return float("nan")
 
 
@@ -125,8 +137,9 @@ def check_motion(motion: Mapping[str, npt.ArrayLike], name: str = "motion") -> M
     if len(bad := np.flatnonzero(~np.isfinite(time_s))):
         raise ConfigError(f"{name}:{bad[0] + 2}: time_s is no number")
     if len(back := np.flatnonzero(np.diff(time_s) <= 0)):
-        raise ConfigError("{}:{}: the clock runs backwards, or a row is there twice: from {:g} to {:g} s".format(
-            name, back[0] + 3, *time_s[back[0]:][:2]))
+        lost = "; most have the time of the one before: it lost its digits, as float32 does" if 2 * len(back) > len(time_s) else ""
+        raise ConfigError(f"{name}:{back[0] + 3}: the clock runs backwards, or a row is there twice: from {time_s[back[0]]:.15g} to "
+                          f"{time_s[back[0] + 1]:.15g} s{lost}")
     for group in (POSITION, QUATERNION, VELOCITY, TURN_RATE, WATER):
         there = [column for column in group if column in table]
         if there and len(there) < len(group):
