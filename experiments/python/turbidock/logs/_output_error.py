@@ -111,8 +111,8 @@ class Problem:
             mine = [i for i, (_, part, _) in enumerate(flights) if parts[part].log is log]
             if not mine:
                 continue
-            used = sorted({flights[i][1] for i in mine})
-            used_models = sorted({flights[i][0] for i in mine})
+            used, part_of = np.unique([flights[i][1] for i in mine], return_inverse=True)
+            used_models, model_of = np.unique([flights[i][0] for i in mine], return_inverse=True)
             times, orders = [], []
             for part in used:
                 by_sensor = [self.times(sensor, parts[part].window.rows[sensor.kind], z) for sensor in log.sensors]
@@ -121,14 +121,14 @@ class Problem:
                 times.append(joined[order])
                 orders.append((order, np.cumsum([0] + [len(one) for one in by_sensor])))
             sag = [values[model].get("thrust.sag", 0.0) / log.command_times[-1] for model in used_models]
-            asked = (np.array([parts[part].window.begin_s for part in used]), times, np.array([used_models.index(flights[i][0]) for i in mine]),
-                     np.array([used.index(flights[i][1]) for i in mine]), np.array([flights[i][2] for i in mine]).reshape(-1, STATE))
+            asked = (np.array([parts[part].window.begin_s for part in used]), times, model_of, part_of,
+                     np.array([flights[i][2] for i in mine]).reshape(-1, STATE))
             states, *finer = [_core.predict([self._model(log, models[model], ticks) for model in used_models], log.commands, *asked,
                                             self.workers, sag) for ticks in ((FEWER_TICKS,) if coarse else (FEWER_TICKS, TICKS))]
             if finer:
                 states = [(TICKS * fine - FEWER_TICKS * rough) / (TICKS - FEWER_TICKS) for fine, rough in zip(finer[0], states)]
-            for i, simulated in zip(mine, states):
-                order, edges = orders[used.index(flights[i][1])]
+            for i, at, simulated in zip(mine, part_of, states):
+                order, edges = orders[at]
                 unsorted = np.empty_like(simulated)
                 unsorted[order] = simulated
                 found[i] = {sensor.kind: unsorted[edges[k]:edges[k + 1]] for k, sensor in enumerate(log.sensors)}

@@ -1,8 +1,8 @@
-"""What of a vehicle a log may tell: the parameters of `identify`, what is known of them before, and where they are in a
-scenario."""
+"""What of a vehicle a log may tell: the parameters of `identify`, what is known of them before, and where they are in a scenario."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import Any, Collection, Mapping, Sequence
 
@@ -38,16 +38,9 @@ class Parameter:
         return float(min(max(value, self.at_least), self.at_most))
 
     def z_bounds(self) -> tuple[float, float]:
-        if self.scale:
-            least, most = (np.log(max(bound, 1e-12) / self.before) / self.std for bound in (self.at_least, self.at_most))
-        else:
-            least, most = ((bound - self.before) / self.std for bound in (self.at_least, self.at_most))
-        return float(least), float(most)
-
-    def axis(self) -> str:
-        """The motion that tells it."""
-        last = self.name.rsplit(".", 1)[-1]
-        return last if last in AXES else ""
+        least, most = (float(np.log(max(bound, 1e-12) / self.before) if self.scale else bound - self.before) / self.std
+                       for bound in (self.at_least, self.at_most))
+        return least, most
 
 
 def parameters_of(scenario: Scenario, *, thrust_std: float = 0, find: Collection[str] = (),
@@ -62,11 +55,9 @@ def parameters_of(scenario: Scenario, *, thrust_std: float = 0, find: Collection
     for group, units, std in (("added_mass", ("kg", "kg m^2"), 0.5), ("linear_damping", ("N s/m", "N m s"), 0.7),
                               ("quadratic_damping", ("N s^2/m^2", "N m s^2"), 0.7)):
         for axis, before, inert in zip(AXES, hydro[group + "_diagonal"], inertia):
-            unit = units[AXES.index(axis) >= 3]
-            if before > 0:
-                found.append(Parameter(f"{group}.{axis}", unit, float(before), std))
-            else:  # a quarter of the inertia a second, or of twice that a metre
-                found.append(Parameter(f"{group}.{axis}", unit, 0, 0.25 * inert * (2 if group[0] == "q" else 1), False, 0))
+            # where none is known, a quarter of the inertia a second, or of twice that a metre
+            how = (float(before), std) if before > 0 else (0, 0.25 * inert * (2 if group[0] == "q" else 1), False, 0)
+            found.append(Parameter(f"{group}.{axis}", units[AXES.index(axis) >= 3], *how))
     found.append(Parameter("trim.buoyancy", "N", buoyancy_newton(vehicle), 0.01 * mass * GRAVITY_MPS2, False))
     offset = np.array(hydro["p_BBcb_m"]) - np.array(body["p_BBcm_m"])
     found += [Parameter(f"trim.centre_{way}", "m", float(offset[i]), 0.005, False) for i, way in enumerate(("ahead", "left"))]
@@ -112,8 +103,7 @@ def plain_vehicle(scenario: Scenario) -> dict[str, Any]:
 def plain(value: Any) -> Any:
     if hasattr(value, "keys"):
         return {key: plain(value[key]) for key in value.keys()}
-    if hasattr(value, "tolist"):
-        value = value.tolist()
+    value = value.tolist() if hasattr(value, "tolist") else value
     return [plain(item) for item in value] if isinstance(value, (list, tuple)) else value
 
 
@@ -125,8 +115,7 @@ def buoyancy_newton(vehicle: Mapping[str, Any]) -> float:
 
 
 def data_of(vehicle: Mapping[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
-    """Keys of a vehicle's data with these parameters' values, "hydrodynamics.added_mass_diagonal": [...]; the others are as
-    they were."""
+    """Keys of a vehicle's data with these parameters' values, "hydrodynamics.added_mass_diagonal": [...]; the others are as they were."""
     hydro, thrusters, body = vehicle["hydrodynamics"], vehicle["thrusters"], vehicle["rigid_body"]
     data: dict[str, Any] = {}
     for group in ("added_mass", "linear_damping", "quadratic_damping"):
@@ -174,8 +163,31 @@ def scenario_with(scenario: Scenario, values: Mapping[str, float], vehicle: Mapp
 def still(scenario: Scenario, series: str = "") -> Scenario:
     """The scenario's vehicle in water that stands, or flows as a file has it."""
     made = scenario.copy()
-    made._cpp.set(assignments_of({
-        "sea.state": "custom", "sea.waves": [], "sea.jonswap.significant_height_m": 0, "sea.tether.enabled": False,
-        "sea.current.surface_velocity_mps": [0, 0, 0], "sea.current.gust_std_mps": 0, "sea.current.series": series,
-        "controller": "pid", "mooring.swing_x_m": 0, "mooring.swing_y_m": 0}))
+    made._cpp.set(assignments_of({"sea.state": "custom", "sea.waves": [], "sea.jonswap.significant_height_m": 0, "sea.tether.enabled":
+                                  False, "sea.current.surface_velocity_mps": [0, 0, 0], "sea.current.gust_std_mps": 0,
+                                  "sea.current.series": series, "controller": "pid", "mooring.swing_x_m": 0, "mooring.swing_y_m": 0}))
     return made
+
+
+# Which parameters are in which key.
+_TOLD = {f"hydrodynamics.{group}_diagonal": group + "." for group in ("added_mass", "linear_damping", "quadratic_damping")} | {
+    "hydrodynamics.displaced_volume_m3": "trim.buoyancy", "hydrodynamics.p_BBcb_m": "trim.centre_", "thrusters.dead_time_s": "delay."} | {
+    f"thrusters.{key}": "thrust." + name for key, name in (
+        ("max_thrust_newton", "scale"), ("reverse_ratio", "reverse"), ("dead_band_volts", "dead_band"), ("curve_exponent", "exponent"),
+        ("table_thrust_newton", "reverse"), ("lag_s", "lag"), ("lag_power", "lag_power"), ("inflow_loss_s_per_m", "inflow_loss"))}
+
+
+def vehicle_yaml(scenario: Scenario, data: Mapping[str, Any], comments: Mapping[str, str], source: str) -> str:
+    """All of the scenario's vehicle, with `data` in the place of its own; `comments` by parameter."""
+    lines = [f"# [identified] {source}; in brackets 95 % intervals. The rest is as it was before.", ""]
+    vehicle = scenario["vehicle"]
+    for group in ("rigid_body", "hydrodynamics", "thrusters", "contact"):
+        lines.append(f"{group}:")
+        for key in vehicle[group].keys():
+            path = f"{group}.{key}"
+            lines += [f"  # {name.split('.')[1]}: [identified] {comment}" for name, comment in comments.items()
+                      if path in data and (told := _TOLD.get(path)) and (name == told or told[-1] in "._" and name.startswith(told))]
+            lines.append(f"  {key}: {json.dumps(plain(data.get(path, vehicle[group][key])))}")
+        lines.append("")
+    lines.append(f"loads: {json.dumps(plain(vehicle['loads']))}")
+    return "\n".join(lines) + "\n"

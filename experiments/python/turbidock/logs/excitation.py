@@ -80,38 +80,29 @@ def _candidates(scenario: Scenario, most_thrust: float) -> Iterator[Numbers]:
     """Demands by axis, (n, 4), in newtons."""
     most, back = _core.authority(scenario._cpp)
     full = most_thrust * np.minimum(most, -back)
-    axes = [axis for axis in range(4) if full[axis] > 0]
+    axes = [full * (np.arange(4) == axis) for axis in range(4) if full[axis] > 0]
     for strength in (0.3, 0.6, 1.0):
         shapes = [shape * strength for shape in _shapes()]
-        blocks = [_block({axis: shape * full[axis]}) for axis in axes for shape in shapes]
-        for axis in axes[:-1]:  # while it turns
-            blocks.append(_block({axis: shapes[0] * full[axis], axes[-1]: 0.6 * shapes[1] * full[axes[-1]]}))
+        blocks = [np.outer(shape, axis) for axis in axes for shape in shapes]
+        blocks += [np.outer(shapes[0], axis) + np.outer(0.6 * shapes[1], axes[-1]) for axis in axes[:-1]]  # while it turns
         for block in blocks:  # each before its mirror image
             yield block
             yield -block
 
 
 def _shapes() -> Iterator[Numbers]:
-    """In -1 to 1 over a block's active part."""
-    count = int((BLOCK_S - COAST_S) * COMMANDS_HZ)
+    """In -1 to 1 over a block, and 0 while it coasts."""
+    count, length = int(BLOCK_S * COMMANDS_HZ), BLOCK_S - COAST_S
     t = np.arange(count) / COMMANDS_HZ
-    length = BLOCK_S - COAST_S
     for harmonics in ((1, 2, 5), (2, 3, 7)):
         # phases after Schroeder 1970, which keep the peak low
-        total = sum(np.cos(2 * np.pi * k * t / length - np.pi * i * i / len(harmonics)) for i, k in enumerate(harmonics))
-        window = np.minimum(1, np.minimum(t, length - t) / 0.5)
-        yield np.asarray(window * total / np.abs(total).max())
+        total = np.sum([np.cos(2 * np.pi * k * t / length - np.pi * i * i / len(harmonics)) for i, k in enumerate(harmonics)], axis=0)
+        window = np.clip(np.minimum(t, length - t) / 0.5, 0, 1)
+        yield np.asarray(window * total / np.abs(total[t < length]).max())
     for unit in (0.5, 1.0):
         pattern = np.concatenate([np.full(int(n * unit * COMMANDS_HZ), s) for n, s in ((3, 1), (2, -1), (1, 1), (1, -1))])
-        once = np.concatenate([pattern, -pattern])[:count]
-        yield np.concatenate([once, np.zeros(count - len(once))])
-
-
-def _block(by_axis: dict[int, Numbers]) -> Numbers:
-    demands = np.zeros((int(BLOCK_S * COMMANDS_HZ), 4))
-    for axis, shape in by_axis.items():
-        demands[:len(shape), axis] = shape
-    return demands
+        once = np.concatenate([pattern, -pattern])[:int(length * COMMANDS_HZ)]
+        yield np.pad(once, (0, count - len(once)))
 
 
 def _fly(scenario: Scenario, demands: Numbers) -> Numbers:

@@ -28,10 +28,9 @@ from ..scenario import Path, Scenario, scenario_of
 from ._log import errors
 from ._output_error import (LEADS_ON, Linear, Part, correlation_time, covariance_of, disagreement, noise, reduce, share_of_noise, solve,
                             step_error)
-from ._parameters import AXES, FINDS, Parameter, data_of, parameters_to_find, plain_vehicle
+from ._parameters import AXES, FINDS, Parameter, data_of, parameters_to_find, plain_vehicle, vehicle_yaml
 from .._rotation import angles_of, product, turned
 from ._task import BEFORE_S, WINDOW_S, MotionLike, Task, fitted
-from ._vehicle_file import vehicle_yaml
 from .excitation import drift, plan
 from .motion import Numbers, whole_file, write_motion
 
@@ -66,8 +65,7 @@ class Information:
 
     def told(self) -> list[bool]:
         """Whether the log at least halves what was uncertain, by more than noise."""
-        return [bool(std <= TOLD and share < FROM_NOISE and not held)
-                for std, share, held in zip(self.std, self.from_noise, self.held)]
+        return [bool(std <= TOLD and share < FROM_NOISE and not held) for std, share, held in zip(self.std, self.from_noise, self.held)]
 
     def pairs(self) -> list[tuple[str, str, float]]:
         """Parameters that the log tells together rather than each, with their correlation."""
@@ -80,7 +78,7 @@ class Information:
         dark = [parameter for parameter, told in zip(self.parameters, self.told()) if not told]
         lines = []
         for axis in AXES:
-            groups = [parameter.name.split(".")[0].replace("_", " ") for parameter in dark if parameter.axis() == axis]
+            groups = [parameter.name.split(".")[0].replace("_", " ") for parameter in dark if parameter.name.endswith("." + axis)]
             how = ("hard stops and turns that tilt it, or thrusters that do" if axis in ("roll", "pitch") else "steps to full thrust and "
                    "back, then a coast" if groups == ["quadratic damping"] else "slow and fast motion to and fro, then a coast")
             lines += [f"{axis}: {how} ({', '.join(groups)})"] if groups else []
@@ -181,10 +179,10 @@ class Fit:
 
         figure, axes = plt.subplots(len(self.compared), 2, figsize=(15, 3.5 * len(self.compared)), squeeze=False)
         for (whole, left), (kind, (measured, predicted, off)) in zip(axes, self.compared.items()):
-            for i, color in enumerate(("tab:blue", "tab:orange", "tab:green")[:measured.shape[1]]):
-                whole.plot(measured[:, i], ".", color=color, markersize=3)
-                whole.plot(predicted[:, i], color=color, linewidth=0.8)
-                left.plot(off[:, i], ".", color=color, markersize=2)
+            whole.plot(measured, ".", markersize=3)
+            whole.set_prop_cycle(None)  # the same colours again
+            whole.plot(predicted, linewidth=0.8)
+            left.plot(off, ".", markersize=2)
             whole.set_title(f"{kind} [{UNITS[kind]}]: dots measured, lines predicted")
             left.set_title("predicted less measured")
             for sign in (-2, 2):
@@ -268,8 +266,12 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
 def _doubt(task: Task, parts: list[Part], z: Numbers, linear: Sequence[Linear], apart: float) -> str:
     """Why a fit is not to be believed, and what of the usual lacks explains it."""
     left, kind = max((std / task.own_noise(kind), kind) for kind, std in task.problem.std.items())
+    costs = [one.cost / len(one.residual) for one in linear]
+    log, window = parts[np.argmax(costs)].log, parts[np.argmax(costs)].window  # something was in its way there, or went on there
+    where = "" if max(costs) < 3 * np.median(costs) else ", most from {:.1f} to {:.1f} s of {}".format(
+        window.first_s + log.clock_begin_s, window.last_s + log.clock_begin_s, log.name)
     return (f"what is left of {kind} is {left:.1f} times the log's own noise and hangs together over {correlation_time(linear):.1f} rows, and "
-            f"windows of {WINDOW_S:g} s contradict each other: the model lacks something" + _offer(task, parts, z, apart))
+            f"windows of {WINDOW_S:g} s contradict each other{where}: the model lacks something" + _offer(task, parts, z, apart))
 
 
 def _offer(task: Task, parts: list[Part], z: Numbers, apart: float) -> str:

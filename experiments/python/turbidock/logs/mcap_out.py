@@ -1,9 +1,8 @@
 """Trials and estimates as MCAP, which Foxglove, Rerun and every reader of MCAP open: `to_mcap`, `turbidock-mcap`; with `--ros2`
 as messages of ROS 2, /left/camera_info for /left/calibration and without /scene.
 
-Messages are protobuf with Foxglove's schemas; rows of numbers have a schema of their own, which the file holds. Logged when
-the vehicle acted (simulated seconds); an image and an estimate are stamped with the image's exposure,
-camera_delay_frames before.
+Messages are protobuf with Foxglove's schemas; rows of numbers have a schema of their own, which the file holds. Logged when the vehicle
+acted (simulated seconds); an image and an estimate are stamped with the image's exposure, camera_delay_frames before.
 
 | Topic | Schema | |
 |---|---|---|
@@ -31,7 +30,7 @@ import os
 import pathlib
 import re
 import tempfile
-from typing import Any, Iterable, Mapping, Sequence
+from typing import Any, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 from foxglove_schemas_protobuf import (CameraCalibration_pb2, Color_pb2, CompressedImage_pb2, CubePrimitive_pb2,
@@ -109,8 +108,7 @@ class McapFile(contextlib.AbstractContextManager["McapFile"]):
         """Parent, child, pose of the child in the parent, and the moment of each."""
         self.write(topic, FrameTransforms_pb2.FrameTransforms(transforms=[
             FrameTransform_pb2.FrameTransform(timestamp=stamp(at), parent_frame_id=parent, child_frame_id=child, translation=_vector(*p[:3]),
-                                              rotation=_pose(p).orientation)
-            for parent, child, p, at in transforms]), log_ns)
+                                              rotation=_pose(p).orientation) for parent, child, p, at in transforms]), log_ns)
 
     def write_pose(self, topic: str, pose: Place, log_ns: int, stamp_ns: int) -> None:
         """A pose of the marker in the camera head."""
@@ -239,43 +237,30 @@ def _scene(model: Mapping[str, Any]) -> SceneUpdate_pb2.SceneUpdate:
     return SceneUpdate_pb2.SceneUpdate(entities=entities.values())
 
 
-class _Pictures:
-    """JPEG of both cameras by frame: those that `run --out` kept."""
-
-    def __init__(self, folder: pathlib.Path) -> None:
-        self._folder = folder
-
-    def of(self, frame: int) -> list[bytes]:
-        """Left and right; empty where there are none."""
-        files = [self._folder / f"{frame:06}_{side}.jpg" for side in ("left", "right")]
-        return [file.read_bytes() for file in files if all(each.exists() for each in files)]
-
-    def close(self, digest: str) -> None:
-        """Once all frames have been asked for."""
+def _kept(folder: pathlib.Path, frames: Iterable[int]) -> Iterator[list[bytes]]:
+    """JPEG of both cameras by frame, left and right, that `run --out` kept; empty where there are none."""
+    for frame in frames:
+        files = [folder / f"{frame:06}_{side}.jpg" for side in ("left", "right")]
+        yield [file.read_bytes() for file in files if all(each.exists() for each in files)]
 
 
-class _RunAgain(_Pictures):
+def _flown_again(scenario: Scenario, frames: Iterable[int], digest: str) -> Iterator[list[bytes]]:
     """All of them, in full size: the trial is run again."""
-
-    def __init__(self, scenario: Scenario) -> None:
-        if scenario["pose_source"] != "cameras":
-            raise _core.ConfigError("pose_source is true_pose: the trial has no images")
-        self._trial = Trial(scenario, images=True)
-
-    def of(self, frame: int) -> list[bytes]:
-        self._trial.step()
-        if self._trial.frame.frame != frame:
-            raise _core.SimulatorFault(f"frame {frame} of the record is {self._trial.frame.frame} now")
-        pictures = [io.BytesIO() for _ in self._trial.images]
-        for image, jpeg in zip(self._trial.images, pictures):
+    if scenario["pose_source"] != "cameras":
+        raise _core.ConfigError("pose_source is true_pose: the trial has no images")
+    trial = Trial(scenario, images=True)
+    for frame in frames:
+        trial.step()
+        if trial.frame.frame != frame:
+            raise _core.SimulatorFault(f"frame {frame} of the record is {trial.frame.frame} now")
+        pictures = [io.BytesIO() for _ in trial.images]
+        for image, jpeg in zip(trial.images, pictures):
             Image.fromarray(image).save(jpeg, "JPEG", quality=90)
-        return [jpeg.getvalue() for jpeg in pictures]
-
-    def close(self, digest: str) -> None:
-        while not self._trial.ended:
-            self._trial.step()
-        if (now := self._trial.result().digest) != digest:
-            raise _core.SimulatorFault(f"the trial was recorded with digest {digest}, and run again it has {now}")
+        yield [jpeg.getvalue() for jpeg in pictures]
+    while not trial.ended:
+        trial.step()
+    if (now := trial.result().digest) != digest:
+        raise _core.SimulatorFault(f"the trial was recorded with digest {digest}, and run again it has {now}")
 
 
 def _calibration(rig: Mapping[str, Any], side: str, jpeg: bytes) -> CameraCalibration_pb2.CameraCalibration:
@@ -303,9 +288,8 @@ def to_mcap(run: Path | Result, file: Path = "", *, images: bool = False, ros2: 
             run.save(kept)
             return to_mcap(kept, file, images=images, ros2=ros2, plugins=plugins)
     folder = pathlib.Path(run)
-    for name in ("result.json", "resolved.yaml", "trajectory.csv"):
-        if not (folder / name).is_file():
-            raise _core.ConfigError(f"{folder}: is no trial's folder: it has no {name}")
+    if missing := [name for name in ("result.json", "resolved.yaml", "trajectory.csv") if not (folder / name).is_file()]:
+        raise _core.ConfigError(f"{folder}: is no trial's folder: it has no {missing[0]}")
     try:
         record = json.loads((folder / "result.json").read_text("utf-8"))
     except ValueError as error:
@@ -317,7 +301,8 @@ def to_mcap(run: Path | Result, file: Path = "", *, images: bool = False, ros2: 
     rows = read_motion(folder / "trajectory.csv")
     with open(folder / "trajectory.csv", newline="", encoding="utf-8") as text:
         stages = [row["stage"] for row in csv.DictReader(text)]
-    pictures = _RunAgain(scenario) if images else _Pictures(folder / "cameras")
+    frames = rows["frame"].astype(int).tolist()
+    pictures = _flown_again(scenario, frames, record["digest"]) if images else _kept(folder / "cameras", frames)
     name = os.fspath(file) or str(folder / "trial.mcap")
     with Ros2File(name) if ros2 else McapFile(name) as out:
         out.attach({"version": record["version"], "digest": record["digest"], "seed": str(record["seed"]), "outcome": record["outcome"],
@@ -327,12 +312,11 @@ def to_mcap(run: Path | Result, file: Path = "", *, images: bool = False, ros2: 
             motion = read_motion(folder / "motion.csv")
             for time_s, values in zip(motion["time_s"], zip(*motion.values())):
                 out.write_row("/motion", "Motion", dict(zip(motion, values)), round(1e9 * time_s))
-        pictures.close(record["digest"])
     return name
 
 
 def _write_trial(out: McapFile, model: Mapping[str, Any], rows: Motion, stages: Sequence[str], record: Mapping[str, Any],
-                 pictures: _Pictures) -> None:
+                 pictures: Iterator[list[bytes]]) -> None:
     scene, rig = model["scene"], model["rig"]
     out.write("/scene", _scene(model), 0)
     out.write_transforms("/tf_static", 0, ("vehicle", "camera_head", scene["X_BH"], 0),
@@ -346,20 +330,19 @@ def _write_trial(out: McapFile, model: Mapping[str, Any], rows: Motion, stages: 
     commands = [column for column in rows if column.endswith("_v")]
     state = [column for column in rows if column not in placed and column not in commands and column != "stage"]
     seen_ns, at = -1, 0
-    for i, stage in enumerate(stages):
+    for i, (images, stage) in enumerate(zip(pictures, stages)):  # in this order, so that all pictures are asked for
         at, image_at, frame = round(1e9 * rows["time_s"][i]), round(1e9 * rows["image_time_s"][i]), int(rows["frame"][i])
         pose = {of: [float(rows[column][i]) for column in columns] for of, columns in poses.items()}
         marker = _compose(_compose(pose["vehicle"], scene["X_BH"]), pose["true"])
         out.write_transforms("/tf", at, ("world", "vehicle", pose["vehicle"], at), ("world", "marker", marker, at),
                              ("camera_head", "marker_estimated", pose["est"], image_at))
-        out.write_pose("/estimate", pose["est"], at, image_at)
-        out.write_pose("/truth", pose["true"], at, at)
-        out.write_pose("/truth_at_image", pose["true_at_image"], at, image_at)
+        for topic, of, then in (("/estimate", "est", image_at), ("/truth", "true", at), ("/truth_at_image", "true_at_image", image_at)):
+            out.write_pose(topic, pose[of], at, then)
         out.write_row("/commands", "Commands", {column: rows[column][i] for column in commands}, at)
         out.write_row("/state", "State", {"stage": stage} | {column: rows[column][i] for column in state}, at)
         for words in (words for when, words in said if when == frame):
             out.log(words, at)
-        for side, jpeg in zip(("left", "right"), pictures.of(frame)):
+        for side, jpeg in zip(("left", "right"), images):
             if image_at > seen_ns:
                 if seen_ns < 0:
                     out.write(f"/{side}/calibration", _calibration(rig, side, jpeg), at)
