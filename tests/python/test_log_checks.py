@@ -1,5 +1,7 @@
 """Logs that make no sense are refused with the column, both figures, and what would fit; a driver's zeros are no measurement."""
 
+import tracemalloc
+
 import numpy as np
 import pandas
 import pytest
@@ -34,7 +36,7 @@ def log_of(scenario, speeds=SPEEDS, rates=RATES, **columns):
 
 def test_columns_that_agree_pass_however_late_their_clock(scenario):
     for later in (0, 0.4, -1.1):
-        speeds = np.stack([np.interp(TIME_S - later, TIME_S, column) for column in SPEEDS.T], axis=1)
+        speeds = np.stack([np.interp(TIME_S - later, TIME_S, column, np.nan, np.nan) for column in SPEEDS.T], axis=1)
         assert log_of(scenario, speeds, depth_m=-PLACE[:, 2]).notes == []
 
 
@@ -73,9 +75,12 @@ def test_zeros_are_no_measurement(scenario):
 @pytest.mark.parametrize("columns, words", [
     ({"time_s": 1e3 * TIME_S}, "time_s has steps of 50: it looks like milliseconds"),
     ({"time_s": 1.764e18 + 1e9 * TIME_S}, r"time_s has steps of 5.*e\+07: it looks like nanoseconds"),
+    ({"time_s": TIME_S / 86400}, "time_s has steps of 5.79e-07: it looks like days, must be seconds: multiply by 86400"),
+    ({"time_s": TIME_S / 60}, "time_s has steps of 0.000833: it looks like minutes"),
     ({"vehicle_z_m": PLACE[:, 2] + 3}, "vehicle_z_m is 1.55 m .*above the water"),
     ({"depth_m": PLACE[:, 2]}, r"depth_m is -1.45 m \(median\), must be positive"),
     ({"depth_m": -PLACE[:, 2] + 10.3}, "vehicle_z_m and depth_m differ by 10.30 m .*`offset`"),
+    ({"depth_m": -PLACE[:, 2] / 10.2}, r"vehicle_z_m and depth_m differ by .*; depth_m agrees multiplied by 10.2 \(bar\): `scale`"),
     ({"depth_m": -PLACE[:, 2], "vehicle_z_m": -PLACE[:, 2]}, "vehicle_z_m grows with depth_m: it points down")])
 def test_clocks_and_origins_are_named(scenario, columns, words):
     with pytest.raises(turbidock.ConfigError, match=f"^log.csv: {words}"):
@@ -94,6 +99,39 @@ def test_a_pose_that_repeats_is_no_measurement(scenario):
         log_of(scenario, **dict(zip(POSITION + QUATERNION, np.hstack([PLACE, BODY])[0 * at].T)))
     turned = log_of(scenario, **dict(zip(QUATERNION, BODY[0 * at].T)), **dict.fromkeys(VELOCITY + TURN_RATE, np.nan * at))
     assert turned.notes == []  # it only does not turn
+
+
+def test_a_dvl_that_lost_the_bottom_repeats_what_is_no_measurement(scenario):
+    at = np.arange(len(TIME_S))
+    for lost in (SPEEDS[200], [0, 0, 0], [-32.768] * 3):
+        log = log_of(scenario, np.where(((at >= 200) & (at < 240))[:, None], lost, SPEEDS))
+        assert log.notes == [f"log.csv: surge_mps to heave_mps repeat the row before in 39 of 600 rows, first at 10.05 s: no measurement, "
+                             "left out."]
+        assert len(log.sensor("velocity").values) == 561
+
+
+def test_a_factor_is_named_by_its_unit(scenario):
+    for columns, words in (({"speeds": SPEEDS / 0.5144}, r"multiplied by 0.51\d \(knots\)$"),
+                           (dict.fromkeys(POSITION, np.nan * TIME_S) | {"depth_m": -PLACE[:, 2] / 0.3048},
+                            r"multiplied by 3.2\d \(depth_m in feet\)$")):
+        with pytest.raises(turbidock.ConfigError, match=f"log.csv: surge_mps, sway_mps, heave_mps .* if they were {words}"):
+            log_of(scenario, **columns)
+    with pytest.raises(turbidock.ConfigError, match="velocity has noise of .* m/s and moves at .*: it looks like milli"):
+        log_of(scenario, 1000 * SPEEDS)
+
+
+def test_a_jump_is_a_gap_and_said_and_one_that_comes_back_is_none(scenario):
+    """Another solution of a tracker; a second log behind the first."""
+    moved = PLACE + [0.5, 0, 0] * (TIME_S > 14.98)[:, None]
+    log = log_of(scenario, **dict(zip(POSITION, moved.T)))
+    assert log.notes == ["log.csv: the position jumps by 0.50 m at 15.00 s (1 such places; another solution of the tracker, or "
+                         "another log? Taken as gaps)"]
+    assert [end for _, end in log.stretches()][:1] == pytest.approx([14.95]) and log.stretches()[1][0] == pytest.approx(15.0)
+    turned = _rotation.product(BODY, _rotation.quaternion_of(0, 0, 0.4)[None].reshape(1, 4))
+    with pytest.raises(turbidock.ConfigError, match=r"log.csv: the attitude jumps by 0.40 rad at 10.00 s \(1 such places; .*: surge_mps"):
+        log_of(scenario, **dict(zip(QUATERNION, np.where((TIME_S > 9.98)[:, None], turned, BODY).T)))
+    blunder = PLACE + [0.5, 0, 0] * (abs(TIME_S - 15.02) < 0.04)[:, None]
+    assert log_of(scenario, **dict(zip(POSITION, blunder.T))).notes == []
 
 
 def test_wiring_and_poses_that_are_written_otherwise_are_named(scenario):
@@ -131,6 +169,8 @@ def test_wiring_and_poses_that_are_written_otherwise_are_named(scenario):
     with pytest.raises(turbidock.ConfigError, match=f"log 1: thruster {names[2]} looks reversed: "):
         read(**{f"{names[2]}_v": 5 - commands[f"{names[2]}_v"]})
     for order, signs, words in (([1, 0, 2, 3, 4, 5, 6], 1, "vehicle_x_m and vehicle_y_m look exchanged: "),
+                                (range(7), [1, -1, *[1] * 5], "vehicle_y_m looks as if it pointed right: "),
+                                (range(7), [1 / 0.3048] * 3 + [1] * 4, "vehicle_x_m to vehicle_z_m look like feet: "),
                                 ([0, 1, 2, 4, 5, 6, 3], 1, "vehicle_qw to vehicle_qz look like x, y, z, w"),
                                 (range(7), [1, 1, 1, 1, -1, -1, -1], "vehicle_qw to vehicle_qz look like the attitude of W in B: ")):
         with pytest.raises(turbidock.ConfigError, match=f"log 1: {words}"):
@@ -146,9 +186,29 @@ def test_tables_of_spreadsheets(tmp_path):
 
     assert list(read(b"\xef\xbb\xbftime_s,depth_m\r\n0,1\r\n1,2\r\n\r\n")["depth_m"]) == [1, 2]
     for text, words in ((b"time_s;depth_m\n0;1\n", "has no column time_s, and no commas between columns"),
-                        (b"time_s,depth_m,depth_m\n0,1,7\n", "has column depth_m twice")):
+                        (b"time_s,depth_m,depth_m\n0,1,7\n", "has column depth_m twice"),
+                        (b"TIME_S,depth_m\n0,1\n", "has no column time_s; it has TIME_S, depth_m")):
         with pytest.raises(turbidock.ConfigError, match=f"log.csv:1: {words}$"):
             read(text)
+    for text, words in ((b'time_s,depth_m\n0,1\n1,"2,5"\n', "3: depth_m is '2,5', must be a number, with a point"),
+                        (b"time_s,h_v\n0,2.5\n1,2..5\n", "3: h_v is '2..5', must be a number"),
+                        (b"time_s,depth_m\n2026-05-01,1\n", "2: time_s is '2026-05-01', must be a number"),
+                        (b"time_s,depth_m\n1.7e9,1\n1.7e9,1\n1.7e9,1\n", "3: .* 1700000000 s; most have .* lost its digits, as float32 does")):
+        with pytest.raises(turbidock.ConfigError, match=f"log.csv:{words}$"):
+            read(text)
+    with pytest.raises(turbidock.ConfigError, match="log.csv: is no CSV in UTF-8: "):
+        read("time_s,depth_m\n0,1\n".encode("utf-16"))
+    assert np.isnan(read(b"time_s,depth_m,stage\n0,null,search\n1,2,dock\n")["stage"]).all()
+
+
+def test_a_large_table_takes_little_more_memory_than_its_numbers(tmp_path):
+    np.savetxt(tmp_path / "log.csv", np.arange(10_000)[:, None] + np.zeros(20), "%.3f", ",", comments="",
+               header=",".join(["time_s", *(f"c{i}" for i in range(19))]))
+    tracemalloc.start()
+    read_motion(tmp_path / "log.csv")
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 4 * 8 * 10_000 * 20
 
 
 @pytest.mark.parametrize("kind, find, name", [("tether", "tether", "tether.drag"), ("battery", "sag", "thrust.sag")])
@@ -165,6 +225,18 @@ def test_a_tether_and_a_battery_that_sags_are_offered_by_name(tmp_path, kind, fi
         fit = identify.fit(table, scenario, find=["sag"], workers=2)
         low, high = fit.interval(name)
         assert not fit.doubt and fit.told(name) and low <= truth["sag"] <= high
+
+
+def test_a_doubt_says_when(tmp_path):
+    """Somebody holds the vehicle for three seconds and lets it go."""
+    import logs_coverage
+
+    (_, table), = logs_coverage.logs_of(["clean"], [600], 30)
+    time_s = table["time_s"]
+    table["vehicle_x_m"] = table["vehicle_x_m"] + 0.3 * np.sin(np.pi * np.clip((time_s - 11) / 3, 0, 1))**2
+    scenario = turbidock.Scenario("pool_active", settings={"vehicle_model": str(logs_coverage.vehicle_files(tmp_path))})
+    begin, end = identify.fit(table, scenario, workers=2).doubt.split(", most from ")[1].split(" s of log 1: ")[0].split(" to ")
+    assert float(begin) < 14 and float(end) > 11
 
 
 def test_thrust_that_sags_is_that_of_weaker_thrusters(scenario):

@@ -31,6 +31,7 @@ class Sensor:
     delay: str  # the parameter that says how old it is, besides offset_s
     std: float = 0  # of a component, m, rad, m/s, rad/s; found from the log
     offset_s: float = 0  # of its clock, roughly
+    jumps: dict[int, float] = field(default_factory=dict)  # how far, by the row before
 
 
 @dataclass
@@ -78,8 +79,7 @@ class Log:
         check_table(table, name)
         table, notes = without_repeats(table, name)
         self.notes += notes
-        self.name = name
-        self.clock_begin_s = float(table["time_s"][0])
+        self.name, self.clock_begin_s = name, float(table["time_s"][0])
         time_s = table["time_s"] - self.clock_begin_s
         self.command_times, self.volts = _core.commands(scenario._cpp, dict(table), name)
         self.command_times = self.command_times - self.clock_begin_s
@@ -87,22 +87,25 @@ class Log:
             f"{thruster}_v": volts for thruster, volts in zip(_core.thrusters(scenario._cpp), self.volts.T)}
         self.sensors = _sensors(table, time_s, name)
         self.water, self.table = has(table, WATER), table
+        jumps = [f"{name}: the {sensor.kind} jumps by {size:.2f} {'m' if sensor.kind == 'position' else 'rad'} at "
+                       f"{sensor.time_s[row + 1] + self.clock_begin_s:.2f} s ({len(sensor.jumps)} such places; another solution of the "
+                       "tracker, or another log? Taken as gaps)" for sensor in self.sensors for row, size in list(sensor.jumps.items())[:1]]
         if self.sensor("attitude") is None:
             raise _core.ConfigError(f"{name}: has no attitude: vehicle_qw to vehicle_qz, or roll_rad, pitch_rad, yaw_rad")
         if self.sensor("position") is None and self.sensor("velocity") is None:
             raise _core.ConfigError(f"{name}: has neither positions (vehicle_x_m, ...) nor velocities (surge_mps, ...)")
-        self._compare()
+        self.notes += jumps
+        self._compare(" and ".join(jumps) or name)
 
-    def _compare(self) -> None:
+    def _compare(self, said: str) -> None:
         """ConfigError for rates that contradict what they are the rates of; a gyroscope's bias is taken off and noted."""
         position, velocity, attitude, turn_rate = (self.sensor(kind) for kind in ("position", "velocity", "attitude", "turn_rate"))
         assert attitude is not None
         still = (attitude.time_s, attitude.values)
-        if position is not None and velocity is not None:
-            check_velocity((position.time_s, position.values), still, (velocity.time_s, velocity.values), self.stretches(),
-                           position.std, self.name)
+        if (place := position or self.sensor("depth")) is not None and velocity is not None:
+            check_velocity((place.time_s, place.values), still, (velocity.time_s, velocity.values), self.stretches(), place.std, said)
         if turn_rate is not None:
-            bias = check_turn_rate(still, (turn_rate.time_s, turn_rate.values), self.stretches(), attitude.std, self.name)
+            bias = check_turn_rate(still, (turn_rate.time_s, turn_rate.values), self.stretches(), attitude.std, said)
             turn_rate.values = turn_rate.values - bias
             if bias.any():
                 self.notes.append("{}: the turn rates are biased by {:.4f}, {:.4f}, {:.4f} rad/s against the attitude; taken "
@@ -124,7 +127,7 @@ class Log:
         gaps = _gaps(self.command_times, 1.0)
         for sensor in self.sensors:
             begin, end = max(begin, sensor.time_s[0]), min(end, sensor.time_s[-1])
-            gaps += _gaps(sensor.time_s, 0.5)
+            gaps += _gaps(sensor.time_s, 0.5) + [(sensor.time_s[row], sensor.time_s[row + 1]) for row in sensor.jumps]
         found, at = [], begin
         for gap_begin, gap_end in [*sorted(gaps), (end, end)]:
             found.append((at, min(gap_begin, end)))
@@ -179,9 +182,11 @@ def _sensors(table: Motion, time_s: Numbers, name: str) -> list[Sensor]:
         found.append(Sensor("position", *columns(POSITION), "delay.pose"))
     if has(table, QUATERNION):
         times, values = columns(QUATERNION)
-        if (abs(np.linalg.norm(values, axis=1) - 1) > 0.1).any():
-            raise _core.ConfigError(f"{name}: vehicle_qw to vehicle_qz are no unit quaternions")
-        found.append(Sensor("attitude", times, values / np.linalg.norm(values, axis=1, keepdims=True), "delay.pose"))
+        length = np.linalg.norm(values, axis=1)
+        if abs(length[worst := abs(length - 1).argmax()] - 1) > 0.1:
+            raise _core.ConfigError(f"{name}: vehicle_qw to vehicle_qz are no unit quaternion: of length {length[worst]:.3g} at "
+                                    f"{times[worst] + table['time_s'][0]:.2f} s")
+        found.append(Sensor("attitude", times, values / length[:, None], "delay.pose"))
     elif has(table, EULER):
         times, angles = columns(EULER)
         if (abs(angles) > [3.2, 1.6, 63]).any():
@@ -194,10 +199,15 @@ def _sensors(table: Motion, time_s: Numbers, name: str) -> list[Sensor]:
         sensor.time_s, sensor.values = averaged(sensor.time_s, sensor.values, sensor.kind == "attitude")
         if len(sensor.time_s) < 10:
             raise _core.ConfigError(f"{name}: only {len(sensor.time_s)} measurements of {sensor.kind}, in {np.ptp(time_s):.3g} s")
+        if sensor.kind == "attitude":  # a quaternion and its negative are the same
+            products = (sensor.values * np.roll(sensor.values, 1, axis=0)).sum(axis=1)
+            sensor.values = sensor.values * np.cumprod(np.where(products < 0, -1, 1))[:, None]
         sensor.std = _noise(sensor)
-        if sensor.kind in ("position", "depth") and max(sensor.std, _fastest(sensor) / 50) > 0.5:
-            raise _core.ConfigError(f"{name}: {sensor.kind} has noise of {sensor.std:.3g} m and moves at up to "
-                                    f"{_fastest(sensor):.3g} m/s: it looks like milli- or centimetres")
+        sensor.jumps = _jumps(sensor) if sensor.kind in ("position", "attitude") else {}
+        fastest = np.quantile(abs(sensor.values), 0.9) * 5 if sensor.kind == "velocity" else _fastest(sensor)
+        if sensor.kind in ("position", "depth", "velocity") and max(sensor.std, fastest / 50) > 0.5:
+            raise _core.ConfigError(f"{name}: {sensor.kind} has noise of {sensor.std:.3g} {'m/s' if sensor.kind == 'velocity' else 'm'} "
+                                    f"and moves at {fastest:.3g} m/s: it looks like milli- or centimetres, or the times are no seconds")
     return found
 
 
@@ -223,24 +233,34 @@ def _fastest(sensor: Sensor) -> float:
 
 def errors(kind: str, predicted: Numbers, measured: Numbers) -> Numbers:
     """Predicted less measured, (n, k): of an attitude a rotation vector, rad, in B."""
-    if kind == "position":
-        return np.asarray(predicted[..., :3] - measured)
     if kind == "attitude":
         return vector_of(product(conjugate(measured), predicted[..., 3:7]))
-    if kind == "velocity":
-        return np.asarray(predicted[..., 7:10] - measured)
-    if kind == "turn_rate":
-        return np.asarray(predicted[..., 10:13] - measured)
-    return np.asarray(-predicted[..., 2:3] - measured)
+    if kind == "depth":
+        return np.asarray(-predicted[..., 2:3] - measured)
+    first = {"position": 0, "velocity": 7, "turn_rate": 10}[kind]
+    return np.asarray(predicted[..., first:first + 3] - measured)
+
+
+def _steps(sensor: Sensor) -> Numbers:
+    """From row to row; of an attitude rotation vectors."""
+    values = sensor.values
+    return vector_of(product(conjugate(values[:-1]), values[1:])) if sensor.kind == "attitude" else np.diff(values, axis=0)
 
 
 def _noise(sensor: Sensor) -> float:
     """Standard deviation of its noise, from third differences, which motion hardly has."""
-    values = sensor.values
-    if sensor.kind == "attitude":
-        values = np.cumsum(vector_of(product(conjugate(values[:-1]), values[1:])), axis=0)
-    rough = np.diff(values, 3, axis=0)
-    return float(max(1.4826 * np.median(np.abs(rough)) / np.sqrt(20), 1e-4))
+    return float(max(1.4826 * np.median(np.abs(np.diff(_steps(sensor), 2, axis=0))) / np.sqrt(20), 1e-4))
+
+
+def _jumps(sensor: Sensor) -> dict[int, float]:
+    """Steps of poses farther than those about them, than noise and than a vehicle moves meanwhile, that do not come back at once."""
+    steps, apart_s = _steps(sensor), np.diff(sensor.time_s)[:, None]
+    about = np.lib.stride_tricks.sliding_window_view(np.pad(steps / apart_s, ((3, 3), (0, 0)), "edge"), 7, axis=0)
+    off = steps - np.median(about, axis=-1) * apart_s
+    five = np.lib.stride_tricks.sliding_window_view(np.pad(off, ((2, 2), (0, 0))), 5, axis=0).sum(axis=-1)
+    size, stays = np.linalg.norm(off, axis=1), np.linalg.norm(five, axis=1)
+    rows = np.flatnonzero((size > max(0.2, 12 * sensor.std) + 5 * apart_s[:, 0]**2) & (stays > 0.5 * size))
+    return {int(row): float(size[row]) for row in rows}
 
 
 def _gaps(times: Numbers, shortest_s: float) -> list[tuple[float, float]]:

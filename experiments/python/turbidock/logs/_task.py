@@ -23,7 +23,11 @@ SHORT_S, MUCH_BETTER = 2.0, 0.6  # windows that tell how thrusters are wired, an
 BEFORE_S = 0.3  # of a window's state before its first measurement: the clocks may be off by as much
 FARTHEST_S = 2.0  # by which the poses' clock may be off
 # How else poses are written: signs and order that make them ours.
-OTHERWISE = {"position": (("vehicle_x_m and vehicle_y_m look exchanged", 1, [1, 0, 2]),),
+OTHERWISE = {"position": (("vehicle_x_m and vehicle_y_m look exchanged", 1, [1, 0, 2]),
+                          ("vehicle_y_m looks as if it pointed right", [1, -1, 1], [0, 1, 2]),
+                          ("vehicle_x_m to vehicle_z_m look like feet", 0.3048, [0, 1, 2])),
+             "velocity": (("surge_mps to heave_mps look like knots", 0.5144, [0, 1, 2]),
+                          ("surge_mps to heave_mps look as along axes ahead, right, down", [1, -1, -1], [0, 1, 2])),
              "attitude": (("vehicle_qw to vehicle_qz look like x, y, z, w (ROS, SciPy)", 1, [3, 0, 1, 2]),
                           ("vehicle_qw to vehicle_qz look like the attitude of W in B", [1, -1, -1, -1], [0, 1, 2, 3]))}
 
@@ -44,11 +48,10 @@ class Task:
         if workers is not None and workers < 1 or not 0 <= thrust_std < np.inf:
             raise _core.ConfigError(f"workers must be at least 1, thrust_std a number of at least 0, not {workers or 1} and {thrust_std}")
         self.scenario = scenario_of(scenario)
-        self.names = [os.path.basename(os.fspath(log)) if isinstance(log, (str, os.PathLike)) else f"log {i + 1}"
-                      for i, log in enumerate(given)]
-        self.logs = [Log(read_motion(log) if isinstance(log, (str, os.PathLike)) else log, self.scenario, name)
-                     for log, name in zip(given, self.names)]
-        check_once([os.fspath(log) for log in given if isinstance(log, (str, os.PathLike))])
+        files = [os.fspath(log) if isinstance(log, (str, os.PathLike)) else "" for log in given]
+        self.names = [os.path.basename(file) or f"log {i + 1}" for i, file in enumerate(files)]
+        self.logs = [Log(read_motion(file) if file else log, self.scenario, name) for log, file, name in zip(given, files, self.names)]
+        check_once([file for file in files if file])
         self.folder = tempfile.TemporaryDirectory(prefix="turbidock_")
         scenarios = [still(self.scenario, self._series(log)) for log in self.logs]
         delays = {sensor.delay for log in self.logs for sensor in log.sensors}
@@ -84,11 +87,11 @@ class Task:
                 costs[words] = _cost_before(problem, log, SHORT_S)
         log.commands = given
         for sensor in log.sensors:
-            values = sensor.values
-            for words, signs, order in OTHERWISE.get(sensor.kind, ()) if sensor.delay == "delay.pose" else ():
-                sensor.values = values[:, order] * signs
+            values, std = sensor.values, sensor.std
+            for words, by, order in OTHERWISE.get(sensor.kind, ()) if values.shape[1] == 3 or sensor.delay == "delay.pose" else ():
+                sensor.values, sensor.std = values[:, order] * by, std * float(np.abs(by).max())
                 costs[words] = _cost_before(problem, log, SHORT_S)
-            sensor.values = values
+            sensor.values, sensor.std = values, std
         best = min(costs, key=lambda words: costs[words])
         if costs[best] < MUCH_BETTER * plain:
             raise _core.ConfigError(f"{log.name}: {best}: so the motion of {SHORT_S:g} s is predicted to {costs[best]:.1f} times the noise, "
@@ -121,7 +124,7 @@ class Task:
             windows = log.windows(WINDOW_S, BEFORE_S)
             made += [Part(log, window, log.state_at(window.begin_s)) for window in windows[:fitted(windows, held_out)]]
         if not made:
-            raise _core.ConfigError(f"{', '.join(self.names)}: no stretch of {WINDOW_S:g} s without a gap in commands or motion")
+            raise _core.ConfigError(f"{', '.join(self.names)}: no stretch of {WINDOW_S:g} s without a gap or a jump in commands or motion")
         return made
 
 
