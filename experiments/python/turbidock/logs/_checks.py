@@ -143,8 +143,7 @@ def _compared(place: Track, attitude: Track, rate: Track, stretches: Sequence[tu
     """What changed in every OVER_S, what the rate makes of it, and how the vehicle turned, (n, 3, 3)."""
     moved, ways, turns = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros((0, 3, 3))]
     for begin, end in stretches:
-        t = np.arange(begin + max(0, -shift_s), end - max(0, shift_s), 0.1)
-        count = round(10 * OVER_S)
+        t, count = np.arange(begin + max(0, -shift_s), end - max(0, shift_s), 0.1), round(10 * OVER_S)
         if len(t) < 2 * count:
             continue
         q = _at(attitude, t)
@@ -161,6 +160,7 @@ def _compared(place: Track, attitude: Track, rate: Track, stretches: Sequence[tu
 
 
 def _at(track: Track, t: Numbers) -> Numbers:
-    times, values = track
+    first, last = np.searchsorted(track[0], t[[0, -1]])
+    times, values = (each[max(first - 1, 0):last + 1] for each in track)
     made = np.stack([np.interp(t, times, column) for column in values.T], axis=1)
     return made / np.linalg.norm(made, axis=1, keepdims=True) if values.shape[1] == 4 else made
