@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include "experiments/media/png.h"
 #include "experiments/system/output_path.h"
@@ -260,7 +261,8 @@ TEST(Plot, WhatGnuplotCannotDrawIsAFaultWithItsWords) {
 }
 
 TEST(Plot, UnwritablePathIsAConfigError) {
-  EXPECT_THROW(WriteFigure(Path("no_such_folder/x.png"), {.panels = {Paper()}}), ConfigError);
+  std::ofstream(Path("no_folder")) << "a file";
+  EXPECT_THROW(WriteFigure(Path("no_folder/x.png"), {.panels = {Paper()}}), ConfigError);
 }
 
 TEST(Plot, OddPathsAreOnlyPaths) {

@@ -108,9 +108,10 @@ TEST(Png, APipeIsNoImage) {
 }
 
 TEST(OutputPath, UnwritablePlacesAreConfigErrors) {
-  const std::string nowhere = Fresh("no_such_folder") + "/image.png";
-  EXPECT_THAT(MessageOf([&] { WritePng(nowhere, Image3u8(2, 2)); }),
-              HasSubstr(nowhere + ": cannot be written: No such file"));
+  const std::string no_folder = Fresh("no_folder");
+  std::ofstream(no_folder) << "a file";
+  EXPECT_EQ(MessageOf([&] { WritePng(no_folder + "/image.png", Image3u8(2, 2)); }),
+            no_folder + ": cannot be made: Not a directory");
   EXPECT_THAT(MessageOf([&] { system::RequireWritable(::testing::TempDir()); }),
               HasSubstr("cannot be written"));
 }

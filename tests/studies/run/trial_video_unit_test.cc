@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 
 #include "experiments/media/mp4_writer.h"
@@ -286,8 +285,9 @@ TEST(VideoFromOutside, HasTheVehicleInIt) {
 }
 
 TEST(Mp4Writer, UnwritablePathIsAConfigError) {
-  EXPECT_THROW(media::Mp4Writer(::testing::TempDir() + "/no_such_folder/video.mp4", 64, 64, 30),
-               ConfigError);
+  const std::string no_folder = ::testing::TempDir() + "no_folder";
+  std::ofstream(no_folder) << "a file";
+  EXPECT_THROW(media::Mp4Writer(no_folder + "/video.mp4", 64, 64, 30), ConfigError);
 }
 
 TEST(Mp4Writer, MissingFfmpegNamesThePackage) {
