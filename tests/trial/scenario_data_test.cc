@@ -1,8 +1,11 @@
 // Every bundled model and scenario loads, survives a round trip and takes a step.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 
@@ -12,6 +15,7 @@
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/trial.h"
 #include "experiments/trial/world.h"
+#include "sim/light/scattering.h"
 #include "sim/vehicle/scene.h"
 #include "tests/control/published_vehicle.h"
 #include "tests/support/message_of.h"
@@ -212,6 +216,24 @@ TEST(PaperScenarios, FlyThePublishedLawAndProcedure) {
     const vehicle::SeaParams sea = LoadScenario("sea_night_active", {}).sea;
     EXPECT_EQ(config::SaveYaml(scenario.sea), config::SaveYaml(sea));
   }
+}
+
+// The glossary's table.
+TEST(Milk, IsAsClearAsTheGlossarySays) {
+  std::ifstream table(TURBIDOCK_TEST_DATA "/../../assets/measured/milk_visibility.csv");
+  int rows = 0;
+  for (std::string line; std::getline(table, line);) {
+    double milk_ml_m3 = 0, sight_m = 0, extinction_per_m = 0;
+    if (std::sscanf(line.c_str(), "%lf,%lf,%lf", &milk_ml_m3, &sight_m, &extinction_per_m) != 3)
+      continue;
+    ++rows;
+    const Scenario scenario =
+        LoadScenario("pool_active", {fmt::format("water.milk_ml_m3={}", milk_ml_m3)});
+    const double green_per_m = light::MakeMedium(scenario.light.water).extinction_per_m()[1];
+    EXPECT_NEAR(green_per_m, extinction_per_m, 0.005) << line;
+    EXPECT_NEAR(std::log(50) / green_per_m, sight_m, 0.05) << line;
+  }
+  EXPECT_EQ(rows, 7);
 }
 
 TEST(StartPose, IsWithinItsBoundsForEverySeed) {
