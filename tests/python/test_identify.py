@@ -392,8 +392,8 @@ def test_bad_logs_are_refused_in_a_line(scenario, commands, tmp_path):
     assert "has neither positions" in refusal(**{f"vehicle_{axis}_m": empty for axis in "xyz"})
     posed = np.isfinite(log["vehicle_x_m"])
     assert "position has noise of 4" in (words := refusal(**{f"vehicle_{a}_m": 1000 * log[f"vehicle_{a}_m"] for a in "xyz"}))
-    assert words.endswith("it looks like milli- or centimetres")
-    assert "no unit quaternions" in refusal(**{f"vehicle_q{axis}": np.where(posed, 0, np.nan) for axis in "wxyz"})
+    assert "it looks like milli- or centimetres" in words
+    assert "no unit quaternion: of length 0" in refusal(**{f"vehicle_q{axis}": np.where(posed, 0, np.nan) for axis in "wxyz"})
     for pitch in (0.5, 2):  # degrees
         angles = {name: np.where(posed, degrees, np.nan) for name, degrees in (("roll_rad", 1), ("pitch_rad", pitch), ("yaw_rad", 90))}
         assert "look like degrees" in refusal(**dict.fromkeys(f"vehicle_q{axis}" for axis in "wxyz"), **angles)
