@@ -156,7 +156,10 @@ std::vector<float> Smoothed(const search::Lattice& lattice, std::vector<float> d
       const int at = cell / step % count;
       const int first = std::max(-reach, -at), last = std::min(reach, count - 1 - at);
       float sum = 0;
-      for (int i = first; i <= last; ++i) sum += from[static_cast<size_t>(cell + i * step)];
+      for (int i = first; i <= last; ++i) {
+        const int neighbour = cell + i * step;
+        sum += from[static_cast<size_t>(neighbour)];
+      }
       draw[static_cast<size_t>(cell)] = sum / static_cast<float>(last - first + 1);
     }
   }
