@@ -295,7 +295,7 @@ void SetSeed(const std::string& seed, std::vector<std::string>* assignments) {
   if (seed.empty()) return;
   for (const std::string& given : *assignments)
     if (given.starts_with("seed="))
-      throw ConfigError("--seed " + seed + " and --set " + given + ": give one of them");
+      throw ConfigError(fmt::format("--seed {} and --set {}: give one of them", seed, given));
   assignments->push_back("seed=" + seed);
 }
 
