@@ -22,7 +22,7 @@ TABLE = draw.read_table(ORIGIN + 'milk,"docked, of 30"\n0,\n20,"a|b"\n', "t.csv"
 
 
 def pages():
-    return [ROOT / "README.md"] + [page for module in ("assets", "control", "experiments", "models", "sim", "tests", "vision")
+    return [*ROOT.glob("*.md")] + [page for module in ("assets", "control", "experiments", "models", "sim", "tests", "vision")
                                    for page in (ROOT / module).rglob("*.md") if "node_modules" not in page.parts]
 
 
