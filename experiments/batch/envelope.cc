@@ -147,8 +147,8 @@ int RegionsOf(const search::Lattice& lattice, const std::vector<Side>& sides, Si
 
 // Averaged over the cells within a tenth of each range: of single cells some are against by chance.
 std::vector<float> Smoothed(const search::Lattice& lattice, std::vector<float> draw) {
+  constexpr double kReach = 0.1;
   for (size_t k = 0; k < lattice.axes.size(); ++k) {
-    constexpr double kReach = 0.1;
     const std::vector<float> from = draw;
     const int count = lattice.axes[k].values, step = lattice.Step(k);
     const auto reach = static_cast<int>(std::lround(kReach * (count - 1)));

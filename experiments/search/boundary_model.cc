@@ -20,7 +20,7 @@ constexpr double kLevelDeviation = 5;   // and in the middle
 constexpr double kKept = 0.99;          // share of the process's variance that its basis keeps
 constexpr int kMostWeights = 200;
 
-// Of the process.
+// Of the process. The first of each make the roughest that is likely: Variation::kMuch.
 constexpr std::array kLengths{0.3, 0.6, 1.2};          // as shares of the ranges
 constexpr std::array kDeviations{2.5, 1.0, 0.4, 6.0};  // in log odds
 constexpr double kHopeless = 12;                       // of log evidence below the best

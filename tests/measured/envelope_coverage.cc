@@ -4,12 +4,12 @@
 //
 // A line a search: ranges, boundary, seed, held, held but for 0.019, reached the width, share of
 // the cells whose told interval holds the rate within 0.01, trials, processor seconds of choosing.
-// Each seed is a search of its own, so processes may share them; of 100 in two ranges on 16 cores:
+// Each seed is a search of its own, so processes may share them; of 100 in two ranges on 16 cores,
+// with their means by column:
 //
 //   for s in $(seq 0 99); do echo 2 corner $((30000 + s)) 1; done |
-//     xargs -P16 -L1 envelope_coverage > searches.csv
-//   awk -F, '{n++; for (i = 4; i <= 9; ++i) s[i] += $i} END {print n; for (i in s) print i,
-//   s[i]/n}'
+//     xargs -P16 -L1 envelope_coverage | tee searches.csv |
+//     awk -F, '{for (i = 4; i <= 9; ++i) s[i] += $i} END {for (i in s) print i, s[i] / NR}'
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -22,8 +22,7 @@ and of a dive's .bin:
       depth: {topic: CTUN, field: Alt, scale: -1}
       commands: {topic: RCOU, field: [C1, C2, C3], columns: [t1_pwm_us, t2_pwm_us, t3_pwm_us]}
 
-A trial of turbidock's own (`turbidock-mcap --ros2`) has `odometry: /tf[vehicle]`, in `/commands` a field of each thruster's column
-(`field: [sway_v], columns: [sway_v]`), and in `/motion` water_x_mps, water_y_mps, water_z_mps.
+README.md has that of a trial of turbidock's own (`turbidock-mcap --ros2`).
 
 Any message will do, also of a type of one's own: `field` is the way to a number, a list, a vector or a quaternion in it, or a list
 of such ways; `columns` are those of `turbidock.logs.motion` that it fills; `scale` multiplies, then `offset` adds: commands of

@@ -267,7 +267,7 @@ def _doubt(task: Task, parts: list[Part], z: Numbers, linear: Sequence[Linear], 
     """Why a fit is not to be believed, and what of the usual lacks explains it."""
     left, kind = max((std / task.own_noise(kind), kind) for kind, std in task.problem.std.items())
     costs = [one.cost / len(one.residual) for one in linear]
-    log, window = parts[np.argmax(costs)].log, parts[np.argmax(costs)].window  # something was in its way there, or went on there
+    log, window = parts[np.argmax(costs)].log, parts[np.argmax(costs)].window  # where a hand held it, or it went wrong
     where = "" if max(costs) < 3 * np.median(costs) else ", most from {:.1f} to {:.1f} s of {}".format(
         window.first_s + log.clock_begin_s, window.last_s + log.clock_begin_s, log.name)
     return (f"what is left of {kind} is {left:.1f} times the log's own noise and hangs together over {correlation_time(linear):.1f} rows, and "
