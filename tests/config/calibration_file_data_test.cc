@@ -1,5 +1,5 @@
 // Which calibrations of other programs are read, and what is said of the others: the table
-// assets/measured/calibrations.md is drawn from the variants below and compared with the
+// tests/data/variants/calibrations.txt is drawn from the variants below and compared with the
 // committed one.
 
 #include "experiments/config/calibration_file.h"
@@ -272,7 +272,7 @@ TEST(Calibrations, AreReadOrRefusedAsTheTableSays) {
     for (const Variant& variant : variants)
       table += "| " + variant.format + " | " + variant.name + " | " + OutcomeOf(variant, folder) +
                " |\n";
-  testing::ExpectDrawn("calibrations.md", table);
+  testing::ExpectDrawn("calibrations.txt", table);
 }
 
 }  // namespace

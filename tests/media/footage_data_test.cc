@@ -1,5 +1,5 @@
 // Which images and recordings are read, and what is said of the others: the table
-// assets/measured/footage.md is drawn from the variants below and compared with the committed
+// tests/data/variants/footage.txt is drawn from the variants below and compared with the committed
 // one.
 
 #include <gtest/gtest.h>
@@ -259,7 +259,7 @@ TEST(Footage, IsReadOrRefusedAsTheTableSays) {
   std::string table = "| Kind | Variant | Outcome |\n|---|---|---|\n";
   for (const std::vector<std::string>& rows : {Stills(), Sequences(), Videos()})
     for (const std::string& row : rows) table += row;
-  testing::ExpectDrawn("footage.md", table);
+  testing::ExpectDrawn("footage.txt", table);
   fs::remove_all(Folder());
 }
 

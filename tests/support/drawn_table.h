@@ -1,9 +1,8 @@
 #pragma once
-// Tables of a page under assets/measured that a test draws from its variants.
+// Tables under tests/data/variants that a test draws from its variants.
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -24,15 +23,13 @@ inline std::string With(std::string text, const Swaps& swaps) {
   return text;
 }
 
-// The page `name` must end with `table`, from its line of headings on. Draws the page anew into the
-// test's folder.
+// The file `name` of tests/data/variants must be `table`. Draws it anew into the test's folder.
 inline void ExpectDrawn(const std::string& name, const std::string& table) {
-  std::ifstream committed(TURBIDOCK_TEST_DATA "/../../assets/measured/" + name);
+  std::ifstream committed(TURBIDOCK_TEST_DATA "/variants/" + name);
   const std::string text(std::istreambuf_iterator<char>(committed), {});
-  const size_t begin = std::min(text.find(table.substr(0, table.find('\n'))), text.size());
   const std::string drawn = ::testing::TempDir() + "/" + name;
-  std::ofstream(drawn) << text.substr(0, begin) << table;
-  EXPECT_EQ(text.substr(begin), table) << "drawn anew: " << drawn;
+  std::ofstream(drawn) << table;
+  EXPECT_EQ(text, table) << "drawn anew: " << drawn;
 }
 
 }  // namespace turbidock::testing

@@ -1,5 +1,6 @@
 // Which vehicles and stations of others `check-vehicle` takes, and what it says of them: the table
-// assets/measured/vehicles.md is drawn from the variants below and compared with the committed one.
+// tests/data/variants/vehicles.txt is drawn from the variants below and compared with the committed
+// one.
 
 #include <gtest/gtest.h>
 
@@ -291,7 +292,7 @@ TEST(VehicleFiles, AreTakenOrRefusedAsTheTableSays) {
           "| " + variant.kind + " | " + variant.name + " | " + OutcomeOf(variant, folder) + " |\n";
   // no tags of the page
   for (size_t at; (at = table.find('<')) != std::string::npos;) table.replace(at, 1, "&lt;");
-  testing::ExpectDrawn("vehicles.md", table);
+  testing::ExpectDrawn("vehicles.txt", table);
   std::filesystem::remove_all(folder);
 }
 
