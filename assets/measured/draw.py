@@ -39,8 +39,8 @@ def code_span(text):
     return f"`{text}`" if "`" not in text else f"`` {text} ``"
 
 
-def read_table(text, path):
-    """The Markdown lines of a result file."""
+def read_origin(text, path):
+    """What the first lines of a result file say of it, each key's values, and how many these lines are."""
     lines = text.splitlines()
     origin = {key: [] for key in KEYS}
     head = 0
@@ -59,6 +59,13 @@ def read_table(text, path):
         if not origin[key]:
             raise Malformed(path, head + 1,
                             f'no "# {key}: ..." before the table ("{UNKNOWN}" where nobody knows)')
+    return origin, head
+
+
+def read_table(text, path):
+    """The Markdown lines of a result file."""
+    lines = text.splitlines()
+    origin, head = read_origin(text, path)
     rows = csv.reader(io.StringIO("\n".join(lines[head:])), strict=True)
     drawn = []
     try:

@@ -1,4 +1,4 @@
-// Measures what assets/measured/pages_*.csv have: a live page's pictures a second, a large report's size, time to
+// Measures what assets/measured/speed.md says: a live page's pictures a second, a large report's size, time to
 // open and memory; medians over several times.
 //
 //   PROGRAM=../../../build/bin/turbidock node measure.mjs [REPORT.html]

@@ -1,7 +1,7 @@
-"""Does the gate notice? Plants regressions in every room, from harmless to severe, lets the gate judge each, and
+"""Does the gate notice? Plants regressions in every module, from harmless to severe, lets the gate judge each, and
 measures each one's true effect on other seeds; then changes that harm nothing. Writes two tables as CSV.
 
-    python3 assets/gates/planted_regressions.py OUT [--seeds N] [--workers N] [--build PROGRAM ...]
+    python3 assets/measured/planted_regressions.py OUT [--seeds N] [--workers N] [--build PROGRAM ...]
 
 The verdicts come first. What was run already is not run again: the same command goes on. `--build` takes the program
 of another build of the same source (other compiler, other flags) as one more harmless change.
@@ -10,6 +10,7 @@ import argparse
 import csv
 import json
 import math
+import os
 import pathlib
 import sqlite3
 import statistics
@@ -44,7 +45,7 @@ def effectiveness(*share):
     return [f'vehicle.thrusters.effectiveness={list(share)}']
 
 
-# room, what is planted, settings
+# module, what is planted, settings
 PLANTED = [
     ('dynamics', 'drag 10 % less', drag(0.9)),
     ('dynamics', 'drag halved', drag(0.5)),
@@ -171,20 +172,23 @@ def main():
     parser.add_argument('out', type=pathlib.Path)
     parser.add_argument('--seeds', type=int, default=125, help='trials of each condition on other seeds; 0: none')
     parser.add_argument('--workers', type=int, default=2)
-    parser.add_argument('--program', type=pathlib.Path, default=ROOT / 'build/bin/turbidock')
+    parser.add_argument('--program', type=pathlib.Path, default=os.environ.get('PROGRAM', ROOT / 'build/bin/turbidock'))
     parser.add_argument('--build', type=pathlib.Path, action='append', default=[],
                         help='program of another build: a harmless change')
+    parser.add_argument('--only', type=int, help='the first changes of each kind, to see that it works')
+    parser.add_argument('--set', action='append', default=[], dest='settings', metavar='KEY=VALUE', help='of every trial')
     arguments = parser.parse_args()
     out, workers, program = arguments.out.resolve(), arguments.workers, arguments.program.resolve()
     out.mkdir(parents=True, exist_ok=True)
 
-    changes = [('', 'nothing', [])] + PLANTED
+    changes = [('', 'nothing', [])] + PLANTED[:arguments.only]
+    changes = [(module, what, arguments.settings + assignments) for module, what, assignments in changes]
     verdicts = []
-    for number, (room, what, assignments) in enumerate(changes):
+    for number, (module, what, assignments) in enumerate(changes):
         verdicts.append(judge(out, f'{number:02}', assignments, workers, program))
-        print(f'{number} of {len(PLANTED)} {room}, {what}: {verdicts[-1]}', flush=True)
+        print(f'{number} of {len(changes) - 1} {module}, {what}: {verdicts[-1]}', flush=True)
 
-    harmless = [(what, program, assignments) for what, assignments in HARMLESS]
+    harmless = [(what, program, arguments.settings + assignments) for what, assignments in HARMLESS[:arguments.only]]
     harmless += [(f'another build, {other}', other.resolve(), []) for other in arguments.build]
     rows = []
     for number, (what, other, assignments) in enumerate(harmless):
@@ -193,13 +197,13 @@ def main():
         write(out / 'harmless.csv', ['changed', 'the gate says', 'trials', 'seconds', 'because of'], rows)
 
     rows, unchanged = [], None
-    for number, (room, what, assignments) in enumerate(changes if arguments.seeds else []):
+    for number, (module, what, assignments) in enumerate(changes if arguments.seeds else []):
         trials, medians = trials_of(out, f'{number:02}', assignments, arguments.seeds, workers, program)
         unchanged = unchanged or trials
         p = mcnemar(unchanged, trials) if number else ''
-        rows.append([room, what, sum(trials.values()), p, *medians, *verdicts[number]])
-        print(f'{number} of {len(PLANTED)}: {rows[-1]}', flush=True)
-        write(out / 'planted.csv', ['room', 'planted', f'docked of {len(trials)}', 'p', 'time, s', 'effort, V', 'F',
+        rows.append([module, what, sum(trials.values()), p, *medians, *verdicts[number]])
+        print(f'{number} of {len(changes) - 1}: {rows[-1]}', flush=True)
+        write(out / 'planted.csv', ['module', 'planted', f'docked of {len(trials)}', 'p', 'time, s', 'effort, V', 'F',
                                     'true error, mm', 'the gate says', 'trials', 'seconds', 'because of'], rows)
 
 
