@@ -83,7 +83,7 @@ def gate_error_rates(runs):
 
 
 PLANTED = Command(('python3', 'assets/measured/planted_regressions.py', 'planted'),
-                  ('--only', '1', '--seeds', '1', '--set', 'duration_s=1.5'), workers=True)
+                  ('--only', '1', '--seeds', '1', '--set', 'pose_source=true_pose', '--set', 'duration_s=1'), workers=True)
 PLANTED_SHOWN = ['python3 assets/measured/planted_regressions.py out/planted']
 
 
@@ -131,7 +131,7 @@ def envelope_current(runs):
 
 
 @table([Command(('build/bin/envelope_coverage', ranges, boundary, '20000', str(number)),
-                ('build/bin/envelope_coverage', ranges, boundary, '20000', '1') if boundary != 'curve' else None, key=(ranges, boundary))
+                ('build/bin/envelope_coverage', ranges, boundary, '20000', '1') if boundary not in ('curve', 'line') or ranges == '1' else None, key=(ranges, boundary))
         for ranges, boundary, number in (('1', 'line', 100), ('1', 'step', 100), ('1', 'corner', 100), ('2', 'curve', 28),
                                          ('2', 'corner', 63), ('2', 'step', 56), ('3', 'line', 30))], '0.2 h')
 def envelope_coverage(runs):
