@@ -169,7 +169,7 @@ def tuning_held_out(runs):
     for run in runs:
         found = run.json()
         cost, rate = found['held_out']['cost_difference'], found['held_out']['changes'][0]
-        low, high = (cost['mean'] + sign * cost['confidence_95'] for sign in (-1, 1))
+        low, high = cost['confidence_95']
         rows.append([f'`{run.key}`', f'{found["trials"]:,}', *(f'{rate[side] * rate["pairs"]:.0f} of {rate["pairs"]}' for side in 'ab'),
                      f'{cost["mean"]:.3g} [{low:.3g}, {high:.3g}]'])
     return rows
