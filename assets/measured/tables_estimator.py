@@ -91,7 +91,7 @@ PLANTED_SHOWN = ['python3 assets/measured/planted_regressions.py out/planted']
 def gate_planted_regressions(runs):
     names, *found = runs[0].rows('planted/planted.csv')
     at = [1, 2, 3, *(names.index(name) for name in ('the gate says', 'trials'))]
-    because = lambda row: '; '.join(f'{measure} ({number})' for measure, number in collections.Counter(
+    because = lambda row: '; '.join(f'{measure.replace("_", " ")} ({number})' for measure, number in collections.Counter(
         part.split(': ')[1] for part in row[-1].split('; ') if part).most_common())
     return [[*(names[i] for i in at), 'because of'], *([*(row[i] for i in at), because(row)] for row in found)]
 
@@ -125,8 +125,9 @@ def envelope_current(runs):
         if not crossing['key'].startswith('sea.current.surface'):
             continue
         gusts = 100 * next(iter(crossing['at'].values()), 0.01)
-        numbers = [f'{crossing[side]:.3f}' if crossing[side] is not None else 'beyond' for side in ('value', 'low', 'high')]
-        rows.append([f'{gusts:.0f}', numbers[0], f'{numbers[1]} to {numbers[2]}', f'{envelope["trials"]}'])
+        value, low, high = ('' if crossing[side] is None else f'{crossing[side]:.3f}' for side in ('value', 'low', 'high'))
+        band = f'{low} to {high}' if low and high else f'up to {high}' if high else f'from {low}'
+        rows.append([f'{gusts:.0f}', value, band, envelope['trials']])
     return rows
 
 
