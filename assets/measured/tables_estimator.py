@@ -148,7 +148,7 @@ def envelope_coverage(runs):
 IDENTIFICATION = ('python', 'assets/measured/identification.py', '--logs', '100', '--seconds', '60')
 
 
-@table([Command(IDENTIFICATION, ('--logs', '1', '--seconds', '8'), workers=True)], '100 logs, 0.8 h')
+@table([Command(IDENTIFICATION, ('--logs', '1', '--seconds', '12'), workers=True)], '100 logs, 0.8 h')
 def identification_coverage(runs):
     names, *found = runs[0].rows()
     often = lambda told: int(told.split()[0]) >= 0.05 * int(told.split()[-1])
