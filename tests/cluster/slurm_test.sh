@@ -174,6 +174,14 @@ tuning:
   optimiser: {population: 6, generations: 3}
   proof: {held_out_seeds: 12, cameras: false}
 STUDY
+cat >"$folder/search.yaml" <<'SEARCH'
+schema_version: 1
+description: the current in which it docks
+scenario: sea_night_active
+set: {pose_source: true_pose, duration_s: 60, controller: pid}
+ranges: {"sea.current.surface_velocity_mps[1]": {from: 0, to: 0.3, success: falls}}
+find: {rate: 0.9, width: 0.15}
+SEARCH
 cat >"$folder/gate.yaml" <<'GATE'
 schema_version: 1
 description: a calm and a moderate sea
@@ -215,6 +223,19 @@ rows_of "$folder/batch.db" >"$folder/batch.csv"
 same "$folder/batch.csv" "$folder/batch_alone.csv" "batch --slurm"
 [ ! -e "$folder/batch.db.slurm" ] || fail "batch --slurm leaves its folder"
 echo "batch: 80 trials as on one machine, digest by digest ($took s; two processes alone $alone_s s)"
+
+# a search, whose next trials follow from those before
+"$turbidock" batch "$folder/search.yaml" --out "$folder/search_alone.db" --quiet --workers 2 >"$folder/search_alone.out" ||
+  fail "a search"
+on_slurm search batch "$folder/search.yaml" --out "$folder/search.db"
+catch_task n1 0
+kill -CONT $caught
+ends search 0
+for name in search search_alone; do rows_of "$folder/$name.db" >"$folder/$name.csv"; done
+sed -i 's/search_alone/search/g' "$folder/search_alone.out"
+same "$folder/search.csv" "$folder/search_alone.csv" "a search with --slurm"
+same "$folder/search.out" "$folder/search_alone.out" "the boundary of a search with --slurm"
+echo "batch: a search's $(wc -l <"$folder/search.csv") trials and boundary as on one machine ($took s)"
 
 # a node is lost while it works
 "$turbidock" tune "$folder/study.yaml" --out "$folder/study_alone" --quiet --workers 2 >/dev/null || fail "turbidock tune"
