@@ -391,11 +391,10 @@ def main(arguments: Iterable[str] | None = None) -> int:
 
 def _do(given: argparse.Namespace) -> int:
     scenario = scenario_of(given.scenario, settings=given.set)
-    for file in (getattr(given, "out", None), getattr(given, "plot", None)):
-        if file and not os.path.isdir(os.path.dirname(file) or "."):
-            raise _core.ConfigError(f"{file}: no such folder")
-        if file and os.path.realpath(file) in map(os.path.realpath, getattr(given, "logs", ())):
+    for file in filter(None, (getattr(given, "out", None), getattr(given, "plot", None))):
+        if os.path.realpath(file) in map(os.path.realpath, getattr(given, "logs", ())):
             raise _core.ConfigError(f"{file}: is the log, which is not written over")
+        os.makedirs(os.path.dirname(file) or ".", exist_ok=True)  # before a fit that takes long
     if given.command == "plan":
         made = plan(scenario, duration_s=given.duration, pool_m=tuple(given.pool), most_thrust=given.most_thrust)
         write_motion(made, given.out)

@@ -103,8 +103,9 @@ def write_motion(motion: Mapping[str, npt.ArrayLike], file: Union[str, "os.PathL
 
 @contextlib.contextmanager
 def whole_file(file: Union[str, "os.PathLike[str]"]) -> Iterator[IO[bytes]]:
-    """A file that has its name once it is whole; of one that fails nothing is left."""
+    """A file that has its name once it is whole; of one that fails nothing is left. Makes its folder."""
     name = os.fspath(file)
+    os.makedirs(os.path.dirname(name) or ".", exist_ok=True)
     try:
         with open(name + ".part", "wb") as stream:
             yield stream
