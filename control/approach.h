@@ -64,34 +64,44 @@ struct ApproachParams {
           "navigation: to the dock's axis, along it, and about it in search of the marker; pilot: "
           "a simulated pilot brings it nearer along the axis");
     field("staging_x_m", self.staging_x_m, InRange(0.1, 50),
-          "navigation: x at which the way along the axis begins");
+          "approach by navigation: distance in front of the marker (its x) at which the way along "
+          "the dock's axis begins");
     field("nearest_x_m", self.nearest_x_m, InRange(0.05, 50),
-          "navigation: x at which the way along the axis ends");
-    field("advance_mps", self.advance_mps, InRange(0.001, 1), "navigation: speed along the axis");
+          "approach: distance in front of the marker (its x) at which the way along the dock's "
+          "axis ends");
+    field("advance_mps", self.advance_mps, InRange(0.001, 1),
+          "approach: speed along the dock's axis");
     field("arrived_m", self.arrived_m, InRange(0.001, 10),
-          "distance from the end of a leg within which the next begins");
+          "approach: distance from the end of a leg within which the next leg begins");
     field("leg_time_s", self.leg_time_s, InRange(1, 3600),
-          "time at the end of a leg after which the next begins anyway");
+          "approach: time at the end of a leg after which the next leg begins anyway");
     field("sweep_rad", self.sweep_rad, InRange(0, 3.1),
-          "search: largest turn to either side at the end of the axis");
+          "search after the approach: largest turn to either side at the end of the dock's axis");
     field("sweep_period_s", self.sweep_period_s, InRange(1, 3600),
-          "search: period of the turn to either side at the end of the axis");
+          "search after the approach: period of the turn to either side at the end of the dock's "
+          "axis");
     field("box_step_m", self.box_step_m, InRange(0.01, 10),
-          "search: half width of the first box about the axis, and by how much the next are wider");
+          "search after the approach: half width of the first box about the dock's axis, and by "
+          "how much each next box is wider");
     field("box_steps", self.box_steps, InRange(0, 100),
-          "search: times until the first distance, and box, is next again; 0: it only turns");
+          "search after the approach: number of times until the first distance and the first box "
+          "are next again; 0: the vehicle only turns");
     field("box_height_share", self.box_height_share, InRange(0, 10),
-          "search: height of a box, of its width");
+          "search after the approach: height of a box about the dock's axis, as a share of its "
+          "width");
     field("closer_m", self.closer_m, InRange(0, 10),
-          "search: by how much nearer the way along the axis ends each time");
+          "search after the approach: distance by which the way along the dock's axis ends nearer "
+          "each time");
     field("hand_interval_s", self.hand_interval_s, InRange(0, 10),
           "simulated pilot: time for which the sticks stay as they are");
     field("hand_delay_s", self.hand_delay_s, InRange(0, 10),
           "simulated pilot: time from seeing to moving the sticks");
-    field("hand_step_share", self.hand_step_share, InRange(0.001, 1),
-          "simulated pilot: smallest movement of a stick, as share of the vehicle's most force");
-    field("navigator", self.navigator, Finite(), "from readings to a pose");
-    field("pid", self.controller, Finite(), "what steers by navigation; gains of accelerations");
+    field(
+        "hand_step_share", self.hand_step_share, InRange(0.001, 1),
+        "simulated pilot: smallest movement of a stick, as a share of the vehicle's largest force");
+    field("navigator", self.navigator, Finite(), "filter from navigation's readings to a pose");
+    field("pid", self.controller, Finite(),
+          "PID controller that steers by navigation; its gains are accelerations");
   }
   void Check(const std::string& path) const;
   double closest_x_m() const;  // of all rounds

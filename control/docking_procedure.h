@@ -67,68 +67,80 @@ struct ProcedureParams {
 
   static void Fields(auto& self, auto&& field) {
     field("found_fitness", self.found_fitness, InRange(-1, 1),
-          "approach: fitness at which the marker counts as found");
+          "approach: fitness F at which the marker counts as found");
     field("found_hold_s", self.found_hold_s, InRange(0, 600),
           "approach: time the marker must stay found to begin servoing");
     field("search_neutral_s", self.search_neutral_s, InRange(0, 3600),
-          "approach: time to wait at neutral before searching");
+          "approach: time to wait at neutral voltage before the vehicle turns to search");
     field("search_yaw_v", self.search_yaw_v, InRange(0, 2.5),
-          "approach: amplitude of the searching yaw's voltage; 0 never searches");
+          "approach: amplitude of the yaw voltage with which the vehicle turns to search; 0: it "
+          "never searches");
     field("search_period_s", self.search_period_s, InRange(1, 3600),
-          "approach: period of the searching yaw");
-    field("servo_x_m", self.servo_x_m, InRange(0.05, 10), "servoing: desired x");
-    field("servo_y_m", self.servo_y_m, InRange(-2, 2), "servoing and docking: desired y");
-    field("servo_z_m", self.servo_z_m, InRange(-2, 2), "servoing and docking: desired z");
-    field("servo_yaw_rad", self.servo_yaw_rad, InRange(-1, 1), "servoing and docking: desired yaw");
+          "approach: period of the yaw with which the vehicle turns to search");
+    field("servo_x_m", self.servo_x_m, InRange(0.05, 10),
+          "servoing: desired x of the marker in the camera head (forward)");
+    field("servo_y_m", self.servo_y_m, InRange(-2, 2),
+          "servoing and docking: desired y of the marker in the camera head (left)");
+    field("servo_z_m", self.servo_z_m, InRange(-2, 2),
+          "servoing and docking: desired z of the marker in the camera head (up)");
+    field("servo_yaw_rad", self.servo_yaw_rad, InRange(-1, 1),
+          "servoing and docking: desired heading of the marker in the camera head, positive to the "
+          "left");
     field("enter_x_m", self.enter_x_m, Above(0),
-          "servoing: error in x below which docking may begin");
+          "servoing: error in the marker's x below which docking may begin");
     field("enter_y_m", self.enter_y_m, Above(0),
-          "servoing: error in y below which docking may begin");
+          "servoing: error in the marker's y below which docking may begin");
     field("enter_z_m", self.enter_z_m, Above(0),
-          "servoing: error in z below which docking may begin");
+          "servoing: error in the marker's z below which docking may begin");
     field("enter_yaw_rad", self.enter_yaw_rad, Above(0),
-          "servoing: error in yaw below which docking may begin");
+          "servoing: error in the marker's heading below which docking may begin");
     field("enter_hold_s", self.enter_hold_s, InRange(0, 600),
-          "servoing: time the errors must stay below for docking to begin");
+          "servoing: time that all errors must stay below enter_* for docking to begin");
     field("docking_rate_mps", self.docking_rate_mps, InRange(0.001, 1),
-          "docking: speed at which the desired x is lowered");
-    field("docking_x_m", self.docking_x_m, InRange(0.05, 10), "docking: desired x at the end");
+          "docking: speed at which the marker's desired x is lowered");
+    field("docking_x_m", self.docking_x_m, InRange(0.05, 10),
+          "docking: desired x of the marker in the camera head at the end");
     field("allowance_y_m", self.allowance_y_m, Above(0),
-          "docking: error in y beyond which it goes back to servoing");
+          "docking: error in the marker's y beyond which the vehicle goes back to servoing");
     field("allowance_z_m", self.allowance_z_m, Above(0),
-          "docking: error in z beyond which it goes back to servoing");
+          "docking: error in the marker's z beyond which the vehicle goes back to servoing");
     field("allowance_yaw_rad", self.allowance_yaw_rad, Above(0),
-          "docking: error in yaw beyond which it goes back to servoing");
-    field("docked_x_m", self.docked_x_m, InRange(0.05, 10), "docking: x at which it is docked");
-    field("docked_y_m", self.docked_y_m, Above(0), "docking: error in y within which it is docked");
-    field("docked_z_m", self.docked_z_m, Above(0), "docking: error in z within which it is docked");
+          "docking: error in the marker's heading beyond which the vehicle goes back to servoing");
+    field("docked_x_m", self.docked_x_m, InRange(0.05, 10),
+          "docking: x of the marker in the camera head at which the vehicle is docked");
+    field("docked_y_m", self.docked_y_m, Above(0),
+          "docking: error in the marker's y within which the vehicle is docked");
+    field("docked_z_m", self.docked_z_m, Above(0),
+          "docking: error in the marker's z within which the vehicle is docked");
     field("docked_hold_frames", self.docked_hold_frames, InRange(1, 1000),
-          "docking: successive estimates within the docked limits for it to be docked");
+          "docking: number of successive estimates within docked_* after which the vehicle is "
+          "docked");
     field("stuck_s", self.stuck_s, InRange(0, 600),
-          "docking: time without progress, farther than stuck_x_m from where it wants to be, after "
-          "which it backs off to try again; 0: never");
+          "docking: time without progress, farther than stuck_x_m from the desired x, after which "
+          "the vehicle backs off to try again; 0: never");
     field("stuck_x_m", self.stuck_x_m, Above(0),
-          "docking: distance from the desired x beyond which the vehicle may count as stuck");
+          "docking: distance from the marker's desired x beyond which the vehicle may count as "
+          "stuck");
     field("attempts", self.attempts, InRange(0, 1000),
-          "docking: attempts until it is given up; 0: any number");
+          "docking: number of attempts until the trial is given up; 0: any number");
     field("cycles", self.cycles, InRange(1, 10000),
           "number of dockings in a trial; before each but the first the vehicle undocks");
     field("stay_s", self.stay_s, InRange(0, 86400),
-          "docked: time until it undocks for the next cycle");
+          "docked: time until the vehicle undocks for the next cycle");
     field("lost_fitness", self.lost_fitness, InRange(-1, 1),
-          "fitness below which an estimate is not used");
+          "fitness F below which an estimate is not used");
     field("lost_after_s", self.lost_after_s, InRange(0, 3600),
           "time without a usable estimate after which docking goes back to servoing");
     field("return_to_approach_s", self.return_to_approach_s, InRange(0, 3600),
           "time without a usable estimate after which servoing goes back to approach");
     field("give_up_s", self.give_up_s, InRange(0, 3600),
-          "time without a usable estimate after which a marker once found is given up; not while "
-          "there is a navigation to search it with");
+          "time without a usable estimate after which a marker that was found is given up; not "
+          "while there is a navigation to search it with");
     field("blind_max_s", self.blind_max_s, InRange(0, 600),
-          "docking: time without a usable estimate for which it goes on by the controller's own "
-          "prediction of where the marker is; 0: it drifts at once");
+          "docking: time without a usable estimate for which the vehicle goes on by the "
+          "controller's own prediction of where the marker is; 0: it drifts at once");
     field("blind_rate_mps", self.blind_rate_mps, InRange(0.001, 1),
-          "docking: speed at which the desired x is lowered without a usable estimate");
+          "docking: speed at which the marker's desired x is lowered without a usable estimate");
   }
 
   // What must hold between them: servo x beyond docking x, limits of entry within the allowances,
@@ -145,10 +157,10 @@ struct Transition {
   bool operator==(const Transition&) const = default;
 
   static void Fields(auto& self, auto&& field) {
-    field("frame", self.frame, Finite(), "when");
-    field("from", self.from, Finite(), "stage before");
-    field("to", self.to, Finite(), "stage after");
-    field("reason", self.reason, Finite(), "a sentence for people");
+    field("frame", self.frame, Finite(), "frame at which the stage changed");
+    field("from", self.from, Finite(), "stage before the change");
+    field("to", self.to, Finite(), "stage after the change");
+    field("reason", self.reason, Finite(), "reason of the change of stage, a sentence for people");
   }
 };
 

@@ -19,11 +19,12 @@ struct LevellingParams {
 
   static void Fields(auto& self, auto&& field) {
     field("enabled", self.enabled, Finite(),
-          "level a vehicle whose thrusters roll and pitch it; others level by their weight alone");
+          "whether a vehicle whose thrusters roll and pitch it is levelled by them; others level "
+          "by their weight alone");
     field("kp_per_s2", self.kp_per_s2, InRange(0, 100),
-          "angular acceleration per radian of roll or pitch");
+          "levelling: angular acceleration per radian of roll or pitch (proportional gain)");
     field("kd_per_s", self.kd_per_s, InRange(0, 100),
-          "angular acceleration per rad/s of roll or pitch rate");
+          "levelling: angular acceleration per rad/s of roll or pitch rate (derivative gain)");
   }
 };
 

@@ -21,7 +21,7 @@ struct LqgParams {
   // those of a controller that is told the whole state (loop transfer recovery, Doyle and Stein
   // 1979).
   static constexpr const char* kUnknown =
-      "filter: white acceleration that no other part explains, per root of Hz";
+      "LQG filter: white acceleration that no other part explains, per root of Hz";
   // The model is the vehicle's nominal data: rigid and added mass, damping linearised about the
   // speed below, thrusters' lag, camera head.
   struct Translation {
@@ -37,21 +37,23 @@ struct LqgParams {
 
     static void Fields(auto& self, auto&& field) {
       field("drift_mps", self.drift_mps, InRange(0, 10),
-            "model: speed through the water about which drag is linearised");
-      field("error_m", self.error_m, Above(0), "cost: error that weighs as much as effort_share");
+            "LQG model: speed through the water about which drag is linearised");
+      field("error_m", self.error_m, Above(0),
+            "LQG cost: error of position that weighs as much as effort_share");
       field("speed_mps", self.speed_mps, Above(0),
-            "cost: speed that weighs as much as effort_share");
+            "LQG cost: speed that weighs as much as effort_share");
       field("effort_share", self.effort_share, InRange(1e-4, 100),
-            "cost: deviation from the force that holds against current and waves, as share of the "
-            "vehicle's most force");
-      field("noise_m", self.noise_m, Above(0), "filter: standard deviation of the estimate");
+            "LQG cost: deviation from the force that holds against current and waves, as a share "
+            "of the vehicle's largest force");
+      field("noise_m", self.noise_m, Above(0),
+            "LQG filter: standard deviation of the estimated position");
       field("current_mps2", self.current_mps2, Above(0),
-            "filter: standard deviation of the acceleration by the current's force");
+            "LQG filter: standard deviation of the acceleration by the current's force");
       field("wave_mps2", self.wave_mps2, AtLeast(0),
-            "filter: standard deviation of the acceleration by the waves' force; 0: none");
+            "LQG filter: standard deviation of the acceleration by the waves' force; 0: none");
       field("unknown_mps2", self.unknown_mps2, AtLeast(0), kUnknown);
       field("limit_share", self.limit_share, InRange(0, 1),
-            "largest demand, as share of the vehicle's most force either way");
+            "LQG: largest demand, as a share of the vehicle's largest force, either way");
     }
   };
   struct Yaw {
@@ -67,22 +69,23 @@ struct LqgParams {
 
     static void Fields(auto& self, auto&& field) {
       field("drift_rad_s", self.drift_rad_s, InRange(0, 10),
-            "model: rate about which drag is linearised");
+            "LQG model: turn rate about which drag is linearised");
       field("error_rad", self.error_rad, Above(0),
-            "cost: error that weighs as much as effort_share");
+            "LQG cost: error of the heading that weighs as much as effort_share");
       field("speed_rad_s", self.speed_rad_s, Above(0),
-            "cost: rate that weighs as much as effort_share");
+            "LQG cost: turn rate that weighs as much as effort_share");
       field("effort_share", self.effort_share, InRange(1e-4, 100),
-            "cost: deviation from the moment that holds against current and waves, as share of the "
-            "vehicle's most moment");
-      field("noise_rad", self.noise_rad, Above(0), "filter: standard deviation of the estimate");
+            "LQG cost: deviation from the moment that holds against current and waves, as a share "
+            "of the vehicle's largest moment");
+      field("noise_rad", self.noise_rad, Above(0),
+            "LQG filter: standard deviation of the estimated heading");
       field("current_rad_s2", self.current_rad_s2, Above(0),
-            "filter: standard deviation of the angular acceleration by the current");
+            "LQG filter: standard deviation of the angular acceleration by the current");
       field("wave_rad_s2", self.wave_rad_s2, AtLeast(0),
-            "filter: standard deviation of the angular acceleration by the waves; 0: none");
+            "LQG filter: standard deviation of the angular acceleration by the waves; 0: none");
       field("unknown_rad_s2", self.unknown_rad_s2, AtLeast(0), kUnknown);
       field("limit_share", self.limit_share, InRange(0, 1),
-            "largest demand, as share of the vehicle's most moment either way");
+            "LQG: largest demand, as a share of the vehicle's largest moment, either way");
     }
   };
 
@@ -100,23 +103,28 @@ struct LqgParams {
   ForceAllocationParams allocation;
 
   static void Fields(auto& self, auto&& field) {
-    field("surge", self.surge, Finite(), "marker's x in the camera head");
-    field("sway", self.sway, Finite(), "marker's y in the camera head");
-    field("heave", self.heave, Finite(), "marker's z in the camera head");
-    field("yaw", self.yaw, Finite(), "marker's heading in the camera head");
+    field("surge", self.surge, Finite(), "LQG of surge: the marker's x in the camera head");
+    field("sway", self.sway, Finite(), "LQG of sway: the marker's y in the camera head");
+    field("heave", self.heave, Finite(), "LQG of heave: the marker's z in the camera head");
+    field("yaw", self.yaw, Finite(), "LQG of yaw: the marker's heading in the camera head");
     field("latency_frames", self.latency_frames, InRange(0, 30),
-          "model: frames from an image to the command made of it");
+          "LQG model: number of frames from an image to the command made of it");
     field("current_time_s", self.current_time_s, InRange(0.1, 1e4),
-          "filter: time in which the current's correlation falls to 1/e");
-    field("wave_period_s", self.wave_period_s, InRange(0.2, 60), "filter: period of the waves");
-    field("wave_damping", self.wave_damping, InRange(0.001, 2),
-          "filter: ratio that says how broad the waves' spectrum is");
+          "LQG filter: time in which the current's correlation falls to 1/e");
+    field("wave_period_s", self.wave_period_s, InRange(0.2, 60), "LQG filter: period of the waves");
+    field(
+        "wave_damping", self.wave_damping, InRange(0.001, 2),
+        "LQG filter: ratio of damping of the waves' model, which says how broad their spectrum is");
     field("gate_sigma", self.gate_sigma, Above(0),
-          "estimates off the prediction by more than this many standard deviations are not used");
+          "LQG filter: number of standard deviations off the prediction beyond which an estimate "
+          "is not used");
     field("restart_frames", self.restart_frames, InRange(1, 10000),
-          "frames in a row without a usable estimate after which the filter starts anew");
-    field("setpoint", self.setpoint, Finite(), "how the desired pose moves");
-    field("allocation", self.allocation, Finite(), "from axes to thrusters");
+          "LQG filter: number of frames in a row without a usable estimate after which the filter "
+          "starts anew");
+    field("setpoint", self.setpoint, Finite(),
+          "motion of the desired pose that the controller follows");
+    field("allocation", self.allocation, Finite(),
+          "allocation of the axes' demand to the thrusters");
   }
 };
 

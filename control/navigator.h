@@ -19,12 +19,15 @@ struct NavigatorParams {
   double max_age_s = 10;             // guess: a few of an acoustic system's drop-outs
 
   static void Fields(auto& self, auto&& field) {
-    field("acceleration_mps2", self.acceleration_mps2, Above(0),
-          "filter: standard deviation of the acceleration between two readings");
-    field("acceleration_rad_s2", self.acceleration_rad_s2, Above(0),
-          "filter: standard deviation of the heading's acceleration between two readings");
+    field(
+        "acceleration_mps2", self.acceleration_mps2, Above(0),
+        "navigation filter: standard deviation of the vehicle's acceleration between two readings");
+    field(
+        "acceleration_rad_s2", self.acceleration_rad_s2, Above(0),
+        "navigation filter: standard deviation of the heading's acceleration between two readings");
     field("max_age_s", self.max_age_s, InRange(0.1, 600),
-          "time without a fix after which the vehicle does not steer by navigation");
+          "navigation filter: time without a fix after which the vehicle does not steer by "
+          "navigation");
   }
 };
 

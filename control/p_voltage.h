@@ -17,9 +17,10 @@ struct PVoltageParams {
     double limit_v = 2.5;  // all there is, as published
 
     static void Fields(auto& self, auto&& field) {
-      field("kp_v_per_m", self.kp_v_per_m, InRange(0, 1000), "voltage per metre of error");
+      field("kp_v_per_m", self.kp_v_per_m, InRange(0, 1000),
+            "proportional gain: voltage per metre of error of position");
       field("limit_v", self.limit_v, InRange(0, 2.5),
-            "largest deviation of the voltage from neutral");
+            "largest deviation of the demanded voltage from neutral");
     }
   };
   // The error of the heading is that of eps3, half the angle in rad when small.
@@ -28,9 +29,10 @@ struct PVoltageParams {
     double limit_v = 2.5;
 
     static void Fields(auto& self, auto&& field) {
-      field("kp_v", self.kp_v, InRange(0, 1000), "voltage per unit of eps3");
+      field("kp_v", self.kp_v, InRange(0, 1000),
+            "proportional gain of the yaw: voltage per unit of error of eps3, the quaternion's z");
       field("limit_v", self.limit_v, InRange(0, 2.5),
-            "largest deviation of the voltage from neutral");
+            "largest deviation of the demanded yaw voltage from neutral");
     }
   };
 
@@ -44,14 +46,16 @@ struct PVoltageParams {
   VoltsAllocationParams allocation;  // published: no compensation
 
   static void Fields(auto& self, auto&& field) {
-    field("surge", self.surge, Finite(), "marker's x in the camera head");
-    field("sway", self.sway, Finite(), "marker's y in the camera head");
-    field("heave", self.heave, Finite(), "marker's z in the camera head");
-    field("yaw", self.yaw, Finite(), "marker's eps3 in the camera head");
+    field("surge", self.surge, Finite(), "p_voltage of surge: the marker's x in the camera head");
+    field("sway", self.sway, Finite(), "p_voltage of sway: the marker's y in the camera head");
+    field("heave", self.heave, Finite(), "p_voltage of heave: the marker's z in the camera head");
+    field("yaw", self.yaw, Finite(), "p_voltage of yaw: the marker's eps3 in the camera head");
     field("pose_filter", self.pose_filter, Finite(),
-          "between estimate and controller; off as published");
-    field("setpoint", self.setpoint, Finite(), "how the desired pose moves; off as published");
-    field("allocation", self.allocation, Finite(), "from axes to thrusters");
+          "filter between estimate and controller; off as published");
+    field("setpoint", self.setpoint, Finite(),
+          "motion of the desired pose that the controller follows; off as published");
+    field("allocation", self.allocation, Finite(),
+          "allocation of the axes' demand to the thrusters");
   }
 };
 

@@ -24,13 +24,14 @@ struct PidParams {
     double limit_share = 1;
 
     static void Fields(auto& self, auto&& field) {
-      field("kp_per_s2", self.kp_per_s2, InRange(0, 1000), "acceleration per metre of error");
+      field("kp_per_s2", self.kp_per_s2, InRange(0, 1000),
+            "proportional gain: acceleration per metre of error");
       field("ki_per_s3", self.ki_per_s3, InRange(0, 1000),
-            "acceleration gained in a second per metre of error");
+            "integral gain: acceleration gained in a second per metre of error");
       field("kd_per_s", self.kd_per_s, InRange(0, 1000),
-            "acceleration per metre a second of the error's rate");
+            "derivative gain: acceleration per m/s of the error's rate");
       field("limit_share", self.limit_share, InRange(0, 1),
-            "largest demand, as share of the vehicle's most force either way");
+            "PID: largest demand, as a share of the vehicle's largest force, either way");
     }
   };
   struct Yaw {
@@ -42,16 +43,17 @@ struct PidParams {
 
     static void Fields(auto& self, auto&& field) {
       field("kp_per_s2", self.kp_per_s2, InRange(0, 1000),
-            "angular acceleration per radian of error");
-      field("ki_per_s3", self.ki_per_s3, InRange(0, 1000),
-            "angular acceleration gained in a second per radian of error");
+            "proportional gain of the yaw: angular acceleration per radian of error");
+      field(
+          "ki_per_s3", self.ki_per_s3, InRange(0, 1000),
+          "integral gain of the yaw: angular acceleration gained in a second per radian of error");
       field("kd_per_s", self.kd_per_s, InRange(0, 1000),
-            "angular acceleration per radian a second of the error's rate");
+            "derivative gain of the yaw: angular acceleration per rad/s of the error's rate");
       field("limit_share", self.limit_share, InRange(0, 1),
-            "largest demand, as share of the vehicle's most moment either way");
+            "PID: largest demand, as a share of the vehicle's largest moment, either way");
       field("aim", self.aim, InRange(0, 1),
-            "share of the angle to a marker aside that counts as error of the heading: 1 turns to "
-            "where the wanted place is, faster than sway can go there");
+            "share of the angle to a marker aside that counts as an error of the heading: 1 turns "
+            "to where the desired place is, faster than sway can go there");
     }
   };
 
@@ -66,20 +68,22 @@ struct PidParams {
   ForceAllocationParams allocation;
 
   static void Fields(auto& self, auto&& field) {
-    field("surge", self.surge, Finite(), "marker's x in the camera head");
-    field("sway", self.sway, Finite(), "marker's y in the camera head");
-    field("heave", self.heave, Finite(), "marker's z in the camera head");
-    field("yaw", self.yaw, Finite(), "marker's heading in the camera head");
+    field("surge", self.surge, Finite(), "PID of surge: the marker's x in the camera head");
+    field("sway", self.sway, Finite(), "PID of sway: the marker's y in the camera head");
+    field("heave", self.heave, Finite(), "PID of heave: the marker's z in the camera head");
+    field("yaw", self.yaw, Finite(), "PID of yaw: the marker's heading in the camera head");
     field("rate_filter_s", self.rate_filter_s, InRange(0, 10),
-          "time constant of the first-order filter on the estimate's rate, without a pose filter; "
-          "0 for none");
+          "PID: time constant of the first-order filter on the estimate's rate, without a pose "
+          "filter; 0 for none");
     field("rate_restart_s", self.rate_restart_s, InRange(0, 10),
-          "frames without an estimate for longer than this start the rate anew at zero");
+          "PID: time without an estimate after which the estimate's rate starts anew at zero");
     field("anti_windup_s", self.anti_windup_s, InRange(0.01, 100),
-          "time in which an integral gives back what the thrusters could not give");
-    field("pose_filter", self.pose_filter, Finite(), "between estimate and controller");
-    field("setpoint", self.setpoint, Finite(), "how the desired pose moves");
-    field("allocation", self.allocation, Finite(), "from axes to thrusters");
+          "PID: time in which an integral gives back what the thrusters could not give");
+    field("pose_filter", self.pose_filter, Finite(), "filter between estimate and controller");
+    field("setpoint", self.setpoint, Finite(),
+          "motion of the desired pose that the controller follows");
+    field("allocation", self.allocation, Finite(),
+          "allocation of the axes' demand to the thrusters");
   }
 };
 

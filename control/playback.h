@@ -20,7 +20,8 @@ struct PlaybackParams {
           "CSV of commands over time_s: THRUSTER_v (0 to 5), THRUSTER_pwm_us (1100 to 1900) or "
           "THRUSTER_newton for each thruster, or surge_newton, sway_newton, heave_newton, "
           "yaw_newton_m; a trial's trajectory.csv is one");
-    field("begin_s", self.begin_s, Finite(), "time in the file at which the trial begins");
+    field("begin_s", self.begin_s, Finite(),
+          "time in the file of commands at which the trial begins");
   }
   // ConfigError without a file.
   void CheckInUse(const std::string& path) const;

@@ -23,21 +23,22 @@ struct PoseFilterParams {
 
   static void Fields(auto& self, auto&& field) {
     field("enabled", self.enabled, Finite(),
-          "whether a filter estimates pose and rate between estimator and controller");
+          "whether a filter of pose and rate is between estimator and controller");
     field("noise", self.noise, Above(0),
-          "standard deviation of the estimate, of x, y, z [m] and yaw [rad]; the estimate's own "
-          "where "
-          "it claims more");
+          "pose filter: standard deviation of the estimate's x, y, z [m] and yaw [rad]; the "
+          "estimate's own where it claims more");
     field("acceleration", self.acceleration, Above(0),
-          "standard deviation of the acceleration, taken as new in every frame, of x, y, z [m/s^2] "
-          "and yaw [rad/s^2]");
+          "pose filter: standard deviation of the acceleration, taken as new in every frame, of x, "
+          "y, z [m/s^2] and yaw [rad/s^2]");
     field("latency_s", self.latency_s, InRange(0, 1),
-          "the filtered pose is predicted over this time from the image to the command");
+          "pose filter: time from the image to the command, over which the filtered pose is "
+          "predicted");
     field("gate_sigma", self.gate_sigma, Above(0),
-          "estimates off the prediction by more than this many standard deviations are not used");
+          "pose filter: number of standard deviations off the prediction beyond which an estimate "
+          "is not used");
     field("restart_frames", self.restart_frames, InRange(1, 1000),
-          "frames in a row without an estimate, or with one that gate_sigma refuses, after which "
-          "the filter starts anew");
+          "pose filter: number of frames in a row without an estimate, or with one that gate_sigma "
+          "refuses, after which the filter starts anew");
   }
 };
 

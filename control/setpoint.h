@@ -18,11 +18,12 @@ struct SetpointParams {
   Eigen::Vector4d acceleration{0.08, 0.05, 0.05, 0.05};
 
   static void Fields(auto& self, auto&& field) {
-    field("enabled", self.enabled, Finite(), "lead the desired pose from the present one");
+    field("enabled", self.enabled, Finite(),
+          "whether the desired pose is led from the present one with limited speed");
     field("speed", self.speed, Above(0),
-          "largest speed of the desired pose, of x, y, z [m/s] and yaw [rad/s]");
+          "desired pose: largest speed of its x, y, z [m/s] and yaw [rad/s]");
     field("acceleration", self.acceleration, Above(0),
-          "largest acceleration of the desired pose, of x, y, z [m/s^2] and yaw [rad/s^2]");
+          "desired pose: largest acceleration of its x, y, z [m/s^2] and yaw [rad/s^2]");
   }
 };
 

@@ -40,10 +40,9 @@ struct ForceAllocationParams {
   double ramp_share = 0.02;  // guess; several times the noise of a command, so it cannot chatter
 
   static void Fields(auto& self, auto&& field) {
-    field(
-        "ramp_share", self.ramp_share, InRange(1e-4, 1),
-        "share of a thruster's full thrust below which the voltage is proportional to the thrust: "
-        "it would jump over the dead band at once");
+    field("ramp_share", self.ramp_share, InRange(1e-4, 1),
+          "share of a thruster's full thrust below which its voltage is proportional to the "
+          "thrust: it would jump over the dead band at once");
   }
 };
 
@@ -100,11 +99,13 @@ struct VoltsAllocationParams {
 
   static void Fields(auto& self, auto&& field) {
     field("dead_band_v", self.dead_band_v, InRange(0, 1),
-          "voltage added to every thruster's demand to cross its dead band; 0 as published");
+          "voltage added to every thruster's demand to cross the thruster's dead band; 0 as "
+          "published");
     field("curve_exponent", self.curve_exponent, InRange(1, 4),
-          "power of the voltage with which the thrusters' force grows; 1 as published");
+          "exponent of the voltage with which the thrusters' force grows, as the controller "
+          "assumes; 1 as published");
     field("ramp_v", self.ramp_v, InRange(0.001, 1),
-          "demand below which the voltage is proportional to the demand");
+          "demand below which a thruster's voltage is proportional to it");
   }
 };
 

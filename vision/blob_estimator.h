@@ -16,7 +16,8 @@ struct BlobParams {
   int least_pixels = 20;  // of a blob; a ball at 1.6 m has 150
 
   static void Fields(auto& self, auto&& field) {
-    field("least_pixels", self.least_pixels, InRange(1, 100000), "smallest blob that counts");
+    field("least_pixels", self.least_pixels, InRange(1, 100000),
+          "number of pixels of the smallest blob that counts as a ball");
   }
 };
 

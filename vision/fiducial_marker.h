@@ -38,10 +38,12 @@ struct TagParams {
   double size_m = 0.066;
 
   static void Fields(auto& self, auto&& field) {
-    field("id", self.id, InRange(0, 100000), "number of a tag in its family");
-    field("p_MT_m", self.p_MT_m, InRange(-5, 5), "middle of a tag in the marker frame M");
-    field("q_MT_wxyz", self.q_MT_wxyz, InRange(-1, 1), "attitude of a tag in M, a unit quaternion");
-    field("size_m", self.size_m, InRange(0.001, 5), "edge of a tag's black square");
+    field("id", self.id, InRange(0, 100000), "number of a fiducial tag in its family");
+    field("p_MT_m", self.p_MT_m, InRange(-5, 5),
+          "middle of a fiducial tag: x, y, z in the marker's frame M");
+    field("q_MT_wxyz", self.q_MT_wxyz, InRange(-1, 1),
+          "attitude of a fiducial tag in the marker's frame M: unit quaternion w, x, y, z");
+    field("size_m", self.size_m, InRange(0.001, 5), "edge of a fiducial tag's black square");
   }
   // ConfigError for a quaternion that is none.
   void Check(const std::string& path) const;
@@ -58,15 +60,16 @@ struct FiducialParams {
 
   static void Fields(auto& self, auto&& field) {
     field("family", self.family, Range{},
-          "the tags' family, of AprilTag or of OpenCV's ArUco dictionaries");
-    field("tags", self.tags, Range{}, "the marker's tags");
+          "family of the fiducial tags, of AprilTag or of OpenCV's ArUco dictionaries");
+    field("tags", self.tags, Range{}, "fiducial tags of the marker");
     field("tags_from_scene", self.tags_from_scene, Range{},
-          "whether the tags are those of the scene (sites tag_*); giving tags says no");
+          "whether the fiducial tags are those of the scene (sites tag_*); giving tags says no");
     field("blur_px", self.blur_px, InRange(0, 5),
-          "standard deviation of the blur before tags are looked for; steadies noisy images");
+          "standard deviation of the blur before fiducial tags are looked for; steadies noisy "
+          "images");
     field("max_error_px", self.max_error_px, InRange(0.05, 50),
-          "root mean square of a tag's corners about where its pose has them, beyond which it is "
-          "not used");
+          "root mean square distance of a fiducial tag's corners from where its pose has them, "
+          "beyond which the tag is not used");
   }
   static constexpr std::array kPresets = {"tags_from_scene"};
   void Given(const std::string& key) {

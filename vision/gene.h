@@ -51,15 +51,17 @@ struct SearchRange {
   double eps_max = 0.15;                // +-17 degrees about one axis
 
   static void Fields(auto& self, auto&& field) {
-    field("x_min_m", self.x_min_m, InRange(0.05, 100), "least x at which the marker is looked for");
+    field("x_min_m", self.x_min_m, InRange(0.05, 100),
+          "least x (forward of the camera head) at which the marker is looked for");
     field("x_max_m", self.x_max_m, InRange(0.05, 100),
-          "largest x at which the marker is looked for");
+          "largest x (forward of the camera head) at which the marker is looked for");
     field("y_max_m", self.y_max_m, InRange(0.01, 100),
-          "largest distance to either side at which the marker is looked for");
+          "largest distance to either side of the camera head at which the marker is looked for");
     field("z_max_m", self.z_max_m, InRange(0.01, 100),
-          "largest distance up and down at which the marker is looked for");
+          "largest distance above and below the camera head at which the marker is looked for");
     field("eps_max", self.eps_max, InRange(0.001, 0.57),
-          "largest eps1, eps2, eps3 with which the marker is looked for");
+          "largest component eps1, eps2, eps3 of the unit quaternion with which the marker is "
+          "looked for");
   }
   void Check(const std::string& path) const {
     if (!(x_min_m < x_max_m))

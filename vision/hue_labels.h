@@ -36,16 +36,19 @@ struct HueParams {
   double most_cast_gain = 2.5;  // guess: beyond it a channel has little but noise
 
   static void Fields(auto& self, auto&& field) {
-    field("window_rad", self.window_rad, InRange(0.01, 1.5), "half width of the hue window");
+    field("window_rad", self.window_rad, InRange(0.01, 1.5),
+          "half width of the window of hues that agree with a ball's");
     field("chroma_floor_dn", self.chroma_floor_dn, InRange(1, 255),
-          "least chroma of a match, 8-bit steps");
+          "least chroma of a pixel that agrees with a ball, in 8-bit steps");
     field("own_chroma_fraction", self.own_chroma_fraction, InRange(0, 1),
-          "least chroma of a match over the ball's own chroma in the image; 0: hue and floor only");
-    field(
-        "own_chroma_image_share", self.own_chroma_image_share, InRange(0, 1),
-        "share of the image's pixels, of the ball's hue, that reach what counts as its own chroma");
+          "share of the ball's own chroma in the image that a pixel must reach to agree with it; "
+          "0: hue and floor only");
+    field("own_chroma_image_share", self.own_chroma_image_share, InRange(0, 1),
+          "share of the image's pixels, of a ball's hue, that reach what counts as the ball's own "
+          "chroma");
     field("most_cast_gain", self.most_cast_gain, InRange(1, 10),
-          "most that a channel is raised by to take a cast out of the image; 1: not at all");
+          "factor up to which a channel is raised to take a colour cast out of the image; 1: not "
+          "at all");
   }
 
   // That share as a number of pixels.

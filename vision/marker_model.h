@@ -30,11 +30,13 @@ struct BallParams {
 
   static void Fields(auto& self, auto&& field) {
     field("name", self.name, Range{}, "name of a ball of the marker");
-    field("p_MQ_m", self.p_MQ_m, InRange(-1, 1), "centre in the marker frame M");
+    field("p_MQ_m", self.p_MQ_m, InRange(-1, 1),
+          "centre of a ball of the marker: x, y, z in the marker's frame M");
     field("radius_m", self.radius_m, InRange(0.001, 1), "radius of a ball of the marker");
     field("hue_rad", self.hue_rad, InRange(0, 2 * std::numbers::pi),
-          "hue of the ball's colour (HSV)");
-    field("display_rgb", self.display_rgb, InRange(0, 1), "colour that the ball is drawn in");
+          "hue (HSV) of a ball of the marker");
+    field("display_rgb", self.display_rgb, InRange(0, 1),
+          "colour that a ball of the marker is drawn in: red, green, blue");
   }
 };
 
@@ -53,13 +55,15 @@ struct MarkerParams {
   double outer_ring_ratio = 1.4;                                       // ring of 24 points
 
   static void Fields(auto& self, auto&& field) {
-    field("balls", self.balls, Range{}, "the marker's balls, one to eight");
+    field("balls", self.balls, Range{}, "balls of the marker, one to eight");
     field("box_m", self.box_m, InRange(0, 2),
-          "edges of the box that carries the balls, centred on M's origin; 0: no box");
+          "edges of the box that carries the balls: x, y, z in the marker's frame M, centred on "
+          "its origin; 0: no box");
     field("inner_ring_ratios", self.inner_ring_ratios, InRange(0, 1),
-          "radii of the rings of 6, 12 and 18 inner points over the ball's radius");
+          "ratios of the radii of the rings of 6, 12 and 18 inner sample points to the ball's "
+          "radius");
     field("outer_ring_ratio", self.outer_ring_ratio, InRange(1, 3),
-          "radius of the ring of 24 outer points over the ball's radius");
+          "ratio of the radius of the ring of 24 outer sample points to the ball's radius");
   }
   // A marker without a ball, or with more than eight, is a ConfigError.
   void Check(const std::string& path) const;

@@ -60,21 +60,26 @@ struct RmGaOptions {
   static void Fields(auto& self, auto&& field) {
     field("preset", self.preset, Range{},
           "sets all other keys of the estimator: default, or published (nothing of our own)");
-    field("population", self.population, InRange(4, 10000), "individuals of the genetic search");
+    field("population", self.population, InRange(4, 10000),
+          "number of individuals of the genetic search");
     field("generations_per_frame", self.generations_per_frame, InRange(1, 1000),
-          "generations a frame: times that the worst individuals are replaced");
+          "number of generations a frame: times that the worst individuals are replaced");
     field("selection_rate", self.selection_rate, InRange(0.05, 0.95),
-          "share of the population that is kept and bred from");
+          "share of the genetic search's population that is kept and bred from");
     field("mutation_rate", self.mutation_rate, InRange(0, 1),
-          "probability that a bit of a child is flipped");
+          "probability that a bit of a child is flipped in the genetic search");
     field("local_mutation_rate", self.local_mutation_rate, InRange(0, 1),
-          "share of offspring by a small move of one individual; the others have two parents");
+          "share of the genetic search's offspring by a small move of one individual; the others "
+          "have two parents");
     field("restart_after_frames", self.restart_after_frames, InRange(0, 100000),
-          "uncertain frames in a row before all but the best are drawn anew; 0: never");
-    field("track", self.track, Range{}, "search about a marker that was found, not everywhere");
+          "number of uncertain frames in a row before all individuals but the best are drawn anew; "
+          "0: never");
+    field("track", self.track, Range{},
+          "whether the estimator searches about a marker that was found, not everywhere");
     field("refine", self.refine, Range{},
-          "move the search's best pose to the outlines of the balls, to a fraction of a pixel");
-    field("range", self.range, Range{}, "where the marker is looked for");
+          "whether the search's best pose is moved to the outlines of the balls, to a fraction of "
+          "a pixel");
+    field("range", self.range, Range{}, "range in which the estimator looks for the marker");
   }
 };
 

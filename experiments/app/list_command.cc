@@ -66,7 +66,8 @@ void PrintKeys(const std::vector<config::KeyDoc>& keys) {
       fmt::print("\n{} ({})\n", key.key, key.type);
     } else {
       const std::string& allowed = key.range.empty() ? key.type : key.range;
-      const std::string value = fmt::format("{:46} {:20}", key.key, key.value);
+      const std::string value =
+          fmt::format("{:46} {:20}", key.key, key.required ? "(required)" : key.value);
       const bool fits = value.size() + 1 + allowed.size() <= 100;
       fmt::print("{}{}\n", value, fits ? " " + allowed : "");
       if (!fits) PrintWords(allowed);

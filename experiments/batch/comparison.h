@@ -30,17 +30,25 @@ namespace turbidock::batch {
 struct Measure {
   const char* name;
   double (*of)(const trial::TrialRecord& record);  // NaN: the trial has none
+  const char* margin;                              // the key's meaning in Margins
   double worse = 1;                                // the sign of a change for the worse
 };
 inline constexpr auto kMeasures = std::to_array<Measure>(
-    {{"time_s", [](const auto& r) { return r.time_s; }},
-     {"final_error_m", [](const auto& r) { return r.final_error_true.distance_m(); }},
-     {"tracking_rms_m", [](const auto& r) { return r.tracking_rms_m; }},
+    {{"time_s", [](const auto& r) { return r.time_s; },
+      "rise of the median time to docking that matters; 0: not judged"},
+     {"final_error_m", [](const auto& r) { return r.final_error_true.distance_m(); },
+      "rise of the median true final error that matters; 0: not judged"},
+     {"tracking_rms_m", [](const auto& r) { return r.tracking_rms_m; },
+      "rise of the median tracking error that matters; 0: not judged"},
      {"returns_to_servoing",
-      [](const auto& r) { return static_cast<double>(r.returns_to_servoing); }},
-     {"fitness_mean", [](const auto& r) { return r.fitness_mean; }, -1},
-     {"effort_v", [](const auto& r) { return r.effort_v; }},
-     {"false_confidence_s", [](const auto& r) { return r.false_confidence_s; }}});
+      [](const auto& r) { return static_cast<double>(r.returns_to_servoing); },
+      "number of returns to servoing by which the median's rise matters; 0: not judged"},
+     {"fitness_mean", [](const auto& r) { return r.fitness_mean; },
+      "fall of the median of the mean fitness F that matters; 0: not judged", -1},
+     {"effort_v", [](const auto& r) { return r.effort_v; },
+      "rise of the median effort that matters; 0: not judged"},
+     {"false_confidence_s", [](const auto& r) { return r.false_confidence_s; },
+      "rise of the median time of false confidence that matters; 0: not judged"}});
 using MeasuredValues = std::array<double, kMeasures.size()>;
 inline constexpr const char *kSuccessRate = "success_rate", *kArea = "area";
 
@@ -85,13 +93,11 @@ struct Margins {
 
   static void Fields(auto& self, auto&& field) {
     field(kSuccessRate, self.success_rate, TestedProbability(),
-          "loss of success rate that matters");
+          "loss of success rate, as a share of the trials, that matters");
     field(kArea, self.area, InRange(0, 1),
-          "of a plan with ranges: share of them whose loss, from where success is above the rate, "
-          "matters");
+          "share of a plan's ranges whose loss, from where success is above the rate, matters");
     for (size_t i = 0; i < kMeasures.size(); ++i)
-      field(kMeasures[i].name, self.medians[i], AtLeast(0),
-            "change of its median for the worse that matters; 0: not judged");
+      field(kMeasures[i].name, self.medians[i], AtLeast(0), kMeasures[i].margin);
   }
   int tests() const;  // how many measures are judged
 };

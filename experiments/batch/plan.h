@@ -71,19 +71,22 @@ struct PlanSettings {
           "version of the keys of the file");
     field("description", self.description, Finite(), "description in one line, for people");
     field("scenario", self.scenario, Finite(),
-          "what the trials vary: a bundled one or a file; `grid` or `cases` may name others");
-    field("master_seed", self.master_seed, AtLeast(0), "root of every trial's seed and draws");
-    field("seeds", self.seeds, InRange(1, 1e6), "trials in each cell of the grid");
+          "scenario that the trials vary: a bundled one or a file; `grid` or `cases` may name "
+          "others");
+    field("master_seed", self.master_seed, AtLeast(0),
+          "number from which every trial's seed and draws follow");
+    field("seeds", self.seeds, InRange(1, 1e6), "number of trials in each cell of the grid");
     field("precision", self.precision, InRange(0, 0.5),
-          "run a cell on, `seeds` trials at a time, until its success rate is known so well: half "
-          "the width of the 95 % Wilson interval, which strata make narrower; 0: `seeds` trials");
+          "half width, as a share of the trials, of the 95 % Wilson interval of a cell's success "
+          "rate: the cell runs on, `seeds` trials at a time, until it is as narrow, which strata "
+          "help; 0: `seeds` trials");
     field("common_seeds", self.common_seeds, Finite(),
-          "use the same seeds and draws in every cell, so that cells compare pair by pair; with "
-          "`ranges`, at the same values of these");
+          "whether every cell has the same seeds and draws, so that cells compare pair by pair; "
+          "with `ranges`, at the same values of these");
     field("trial_time_limit_s", self.trial_time_limit_s, InRange(0.1, 1e6),
           "wall time after which a trial counts as hung");
     field("series_every_frames", self.series_every_frames, InRange(0, 1e6),
-          "store a row of the trial's log every so many frames; 0 stores none");
+          "number of frames from one stored row of a trial's log to the next; 0 stores none");
   }
 };
 

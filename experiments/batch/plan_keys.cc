@@ -34,9 +34,9 @@ void ForEachLeaf(const std::string& key, const config::YamlNode& value, const Do
 
 std::vector<PlanKey> PlanGroups() {
   std::vector<PlanKey> groups = {
-      {"set", "keys of the scenario and their values, in every trial"},
+      {"set", "keys of the scenario and their values in every trial"},
       {"cases",
-       "cells by name, each with keys of the scenario and perhaps a `scenario` of its own, in "
+       "cases by name, each with keys of the scenario and perhaps a `scenario` of its own, in "
        "every cell of the grid"},
       {"grid", "keys of the scenario and a list of values of each; every combination is a cell"},
       {"ranges",
@@ -44,18 +44,22 @@ std::vector<PlanKey> PlanGroups() {
        "logarithmic, success: falls, rises or unknown}, over which `find` looks for a boundary; "
        "one for each combination of cases and grid"},
       {"find",
-       "the boundary at which success crosses `rate` (0.9), until no more than the share `width` "
+       "boundary in the `ranges` at which success crosses `rate` (0.9), until no more than the "
+       "share `width` "
        "(0.1) of the ranges is undecided with 95 %, or `trials` (5000) are run"},
       {"strata",
-       "equally likely parts of the draws by name, each with keys of the scenario; a cell's trials "
+       "strata: equally likely parts of the draws by name, each with keys of the scenario; a "
+       "cell's trials "
        "are of each in turn"},
       {"random",
        "keys of the scenario and how each trial draws their values: {uniform: [LOW, HIGH]}, "
        "{log_uniform: [LOW, HIGH]}, {normal: [MEAN, DEVIATION], within: [LOW, HIGH]}, "
        "{choice: [VALUE, ...]}"}};
   std::ranges::copy(kUseGroups, std::back_inserter(groups));
-  for (const char* key : {"resolved_scenarios", "model_files", kFolderKey})
-    groups.push_back({key, "of a resolved plan, which the program writes"});
+  const std::string by_program = ", of a resolved plan, which the program writes";
+  groups.push_back({"resolved_scenarios", "scenarios with all their values" + by_program});
+  groups.push_back({"model_files", "model files and their digests" + by_program});
+  groups.push_back({kFolderKey, "folder in which named files are looked for" + by_program});
   return groups;
 }
 

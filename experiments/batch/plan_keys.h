@@ -21,8 +21,8 @@ struct PlanKey {
 
 // Groups of a plan that its uses read themselves.
 inline const std::vector<PlanKey> kUseGroups = {
-    {"gate", "what `turbidock gate` judges (list gate-keys)"},
-    {"tuning", "what `turbidock tune` searches (list study-keys)"}};
+    {"gate", "settings of `turbidock gate` (list gate-keys)"},
+    {"tuning", "settings of `turbidock tune` (list study-keys)"}};
 // What uses other than a batch refuse (PlanOverrides::refused).
 inline const PlanKey kNoRanges = {"ranges",
                                   "only `turbidock batch` looks for a boundary; give `grid`"};

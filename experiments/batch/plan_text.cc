@@ -132,6 +132,7 @@ VariedKeys Plan::Varied() const {
 
 std::vector<config::KeyDoc> PlanKeys() {
   std::vector<config::KeyDoc> docs = config::ListKeys<PlanSettings>();
+  for (config::KeyDoc& doc : docs) doc.required = doc.key == "schema_version";
   for (const auto& [key, what] : PlanGroups())
     docs.push_back({.key = key,
                     .type = key == kFolderKey ? "text" : "group of keys",

@@ -51,6 +51,7 @@ struct KeyDoc {
   std::string value;  // the default as YAML; empty for groups
   std::string range;  // "in [0, 1]"; empty where any value will do
   std::string doc;
+  bool required = false;  // a file must give it: value is what no file may leave it at
 };
 
 // ------------------------------------------------------------------------------------------------

@@ -156,10 +156,14 @@ struct ControllerParams : Keys {
   AnyAllocation allocation;
 
   static void Fields(auto& self, auto&& field) {
-    field("pose_filter", self.pose_filter, Finite(), "between estimate and controller");
-    field("setpoint", self.setpoint, Finite(), "how the desired pose moves");
-    std::visit([&](auto& of) { field("allocation", of, Finite(), "from axes to thrusters"); },
-               self.allocation);
+    field("pose_filter", self.pose_filter, Finite(), "filter between estimate and controller");
+    field("setpoint", self.setpoint, Finite(),
+          "motion of the desired pose that the controller follows");
+    std::visit(
+        [&](auto& of) {
+          field("allocation", of, Finite(), "allocation of the axes' demand to the thrusters");
+        },
+        self.allocation);
   }
 };
 

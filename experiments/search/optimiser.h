@@ -16,11 +16,11 @@ struct OptimiserParams {
   double initial_step = 0.25;
 
   static void Fields(auto& self, auto&& field) {
-    field("population", self.population, InRange(5, 1000), "candidates in a generation");
+    field("population", self.population, InRange(5, 1000), "number of candidates in a generation");
     field("generations", self.generations, InRange(0, 100000),
-          "budget; 0 only evaluates the start");
+          "number of generations of candidates; 0 only evaluates the start");
     field("initial_step", self.initial_step, InRange(0.001, 1),
-          "standard deviation of the first generation about the start, in ranges");
+          "standard deviation of the first candidates about the start, as a share of each range");
   }
 };
 

@@ -13,18 +13,18 @@
 namespace turbidock::trial {
 
 Plugins::Plugins() {
-  AddController<control::PVoltage>("p_voltage", "the published proportional controller");
+  AddController<control::PVoltage>("p_voltage", "published proportional controller");
   AddController<control::Pid>("pid", "proportional, integral and derivative control");
   AddController<control::Lqg>("lqg", "linear-quadratic control with a Kalman filter");
-  AddController<control::PlaybackParams>("playback", {}, &PlaybackSpec,
-                                         "commands from a file, open loop");
+  AddController<control::PlaybackParams>(
+      "playback", {}, &PlaybackSpec, "commands from a file, open loop, in a controller's place");
 
-  AddEstimator<vision::RmGaOptions>("rm_ga", {},
-                                    [](const auto& options, const EstimatorSetup& of) {
-                                      return std::make_unique<vision::RmGa>(options, of.marker,
-                                                                            of.hue, of.rig, of.rng);
-                                    },
-                                    {.doc = "the pose search", .group = "estimator"});
+  AddEstimator<vision::RmGaOptions>(
+      "rm_ga", {},
+      [](const auto& options, const EstimatorSetup& of) {
+        return std::make_unique<vision::RmGa>(options, of.marker, of.hue, of.rig, of.rng);
+      },
+      {.doc = "estimator rm_ga: a genetic search for the pose", .group = "estimator"});
   AddEstimator<vision::BlobParams>("blobs", {},
                                    [](const auto& params, const EstimatorSetup& of) {
                                      return std::make_unique<vision::BlobEstimator>(
@@ -36,7 +36,7 @@ Plugins::Plugins() {
       [](const auto& params, const EstimatorSetup& of) {
         return std::make_unique<vision::FiducialEstimator>(params, of.rig);
       },
-      {.doc = "the estimator that reads fiducial tags, and the tags as it knows them",
+      {.doc = "estimator that reads fiducial tags, and the tags as it knows them",
        .scene = {&TakesTags, &TakeTags, &CheckTags, "fiducial.tags_from_scene", "fiducial.tags"}});
   built_in_ = false;
 }

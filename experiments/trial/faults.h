@@ -50,11 +50,11 @@ struct Faults {
     field("thrusters", self.thrusters, Finite(), "thrusters blocked, reversed or weak");
     field("images", self.images, Finite(), "images frozen, black, swapped or late");
     field("misalignments", self.misalignments, Finite(),
-          "cameras turned aside; the estimator does not know");
+          "cameras turned aside, which the estimator does not know");
     field("dirt", self.ports.dirt, Finite(), "patches of dirt on the cameras' ports");
     field("blurs", self.ports.blurs, Finite(), "cameras out of focus");
     field("lights", self.lights, Finite(), "lamps and lit balls dead, dim or flickering");
-    field("ambient_light", self.ambient_light, Finite(), "daylight that comes");
+    field("ambient_light", self.ambient_light, Finite(), "daylight that comes in addition");
     view::DistractorFaults::Fields(self.distractors, field);
   }
 

@@ -387,7 +387,9 @@ std::string SaveResolved(Scenario scenario, const std::vector<ModelFile>& model_
 
 std::vector<config::KeyDoc> ScenarioKeys(const Plugins& plugins) {
   Scenario defaults = Beginning(plugins);
-  return config::internal::ListGroupKeys(config::GroupOf(&defaults));
+  std::vector<config::KeyDoc> docs = config::internal::ListGroupKeys(config::GroupOf(&defaults));
+  for (config::KeyDoc& doc : docs) doc.required = std::ranges::count(kRequired, doc.key) > 0;
+  return docs;
 }
 
 }  // namespace turbidock::trial

@@ -54,26 +54,30 @@ struct StartParams {
 
   static void Fields(auto& self, auto&& field) {
     field("distance_min_m", self.distance_min_m, InRange(0.2, 10),
-          "least distance from the marker at the start");
+          "least distance of the camera head from the marker at the start");
     field("distance_max_m", self.distance_max_m, InRange(0.2, 10),
-          "largest distance from the marker at the start");
-    field("lateral_m", self.lateral_m, InRange(0, 5), "largest offset of the start to either side");
-    field("vertical_m", self.vertical_m, InRange(0, 5), "largest offset of the start up or down");
+          "largest distance of the camera head from the marker at the start");
+    field("lateral_m", self.lateral_m, InRange(0, 5),
+          "largest offset of the start to either side of the marker");
+    field("vertical_m", self.vertical_m, InRange(0, 5),
+          "largest offset of the start above or below the marker");
     field("heading_rad", self.heading_rad, InRange(0, 3.2),
           "largest heading error at the start, to either side");
     field("roll_rad", self.roll_rad, InRange(0, 1.5), "largest roll at the start, to either side");
     field("pitch_rad", self.pitch_rad, InRange(0, 1.5),
           "largest pitch at the start, to either side");
     field("position_m", self.position_m, InRange(-1000, 1000),
-          "x, y, z of the vehicle's origin in W at the start; given, no start is drawn");
+          "x, y, z of the vehicle's origin in the world's frame W at the start; given, no start is "
+          "drawn");
     field("quaternion_wxyz", self.quaternion_wxyz, InRange(-1, 1),
-          "attitude at a given start position, w, x, y, z; level and ahead unless given");
+          "attitude in the world's frame W at a given start position: unit quaternion w, x, y, z; "
+          "level and ahead unless given");
     field("velocity_mps", self.velocity_mps, InRange(-10, 10),
-          "velocity at a given start position, along the vehicle's axes: ahead, left, up; 0 unless "
-          "given");
+          "velocity at a given start position, along the axes of the vehicle's frame B: ahead, "
+          "left, up; 0 unless given");
     field("turn_rate_rad_s", self.turn_rate_rad_s, InRange(-10, 10),
-          "turn rate at a given start position, about the vehicle's axes: ahead, left, up; 0 "
-          "unless given");
+          "turn rate at a given start position, about the axes of the vehicle's frame B: ahead, "
+          "left, up; 0 unless given");
   }
   void Check(const std::string& path) const;
 
@@ -113,18 +117,19 @@ struct TruePoseParams {
 
   static void Fields(auto& self, auto&& field) {
     field("noise", self.noise, InRange(0, 1),
-          "true pose: standard deviation of x, y, z [m] and yaw [rad] at 0.6 m; that of x grows "
-          "with the square of the distance, the others' in proportion");
+          "true pose: standard deviation of the noise on x, y, z [m] and yaw [rad] at 0.6 m; that "
+          "of x grows with the square of the distance, the others' in proportion");
     field("correlation_s", self.correlation_s, InRange(0, 10),
-          "time in which the noise's correlation falls to 1/e; 0: independent in every frame");
+          "true pose: time in which the noise's correlation falls to 1/e; 0: independent in every "
+          "frame");
     field("fitness", self.fitness, InRange(-1, 1),
-          "true pose: fitness reported of a ball in an image; out of it -0.2");
+          "true pose: fitness F reported of a ball in an image; out of it -0.2");
     field("found_after_s", self.found_after_s, InRange(0, 60),
           "true pose: time that the search takes once the marker is in sight");
     field("nearest_m", self.nearest_m, InRange(0, 10),
-          "true pose: least x at which the marker is in sight");
+          "true pose: least distance x of the marker at which it is in sight");
     field("farthest_m", self.farthest_m, InRange(0, 100),
-          "true pose: largest x at which the marker is in sight");
+          "true pose: largest distance x of the marker at which it is in sight");
   }
 };
 
@@ -137,10 +142,10 @@ struct JamParams {
 
   static void Fields(auto& self, auto&& field) {
     field("force_newton", self.force_newton, Above(0),
-          "jam: the pole is held by more than this force");
-    field("time_s", self.time_s, Above(0), "jam: the pole is held for at least this time");
+          "jam: force by more than which the pole is held");
+    field("time_s", self.time_s, Above(0), "jam: time for at least which the pole is held");
     field("progress_m", self.progress_m, Above(0),
-          "jam: the pole's depth changes by less than this while it is held");
+          "jam: change of the pole's depth that it stays below while it is held");
   }
 };
 
@@ -152,7 +157,7 @@ struct ModelFile {
 
   static void Fields(auto& self, auto&& field) {
     field("file", self.file, Finite(), "name of a bundled model file, or a path");
-    field("content", self.content, Finite(), "digest of the file's content");
+    field("content", self.content, Finite(), "digest of a model file's content");
   }
 };
 
@@ -203,10 +208,10 @@ struct Scenario {
 
   static void Fields(auto& self, auto&& field) {
     field("schema_version", self.schema_version, InRange(kScenarioSchema, kScenarioSchema),
-          "version of the keys of the file");
+          "version of the scenario's keys");
     field("description", self.description, Finite(), "description in one line, for people");
     field("seed", self.seed, AtLeast(0),
-          "seed from which all random streams of the trial are drawn");
+          "number from which all random streams of the trial are drawn");
     field("duration_s", self.duration_s, InRange(0.001, 86400),
           "simulated time after which the trial ends");
     field("model", self.model, Finite(),
@@ -218,16 +223,16 @@ struct Scenario {
           "MJCF file to be taken for the scene's station.xml: a bundled one, or a path from the "
           "scenario's folder");
     field("model_files", self.model_files, Finite(),
-          "files that a resolved scenario was made from");
+          "files that the resolved scenario was made from");
     field("camera_period_frames", self.camera_period_frames, InRange(1, 240),
-          "frames from one exposure to the next; the command holds in between");
+          "number of frames from one exposure to the next; the command holds in between");
     field("camera_drop_probability", self.camera_drop_probability, InRange(0, 0.99),
           "share of the images that never arrive at the estimator");
     field("camera_delay_frames", self.camera_delay_frames, InRange(0, 30),
-          "frames from exposure until the estimator has the image");
+          "number of frames from exposure until the estimator has the image");
     field("region_of_interest", self.region_of_interest, Finite(),
-          "whether only the pixels are made that the estimator can read, which does not change the "
-          "result");
+          "whether only those pixels are made that the estimator can read, which does not change "
+          "the result");
     field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
           "time the vehicle holds the last pose once docked, before the trial ends");
     field("optics", self.optics, Range{},
@@ -236,38 +241,43 @@ struct Scenario {
     field("renderer", self.renderer, Range{},
           "library that draws the images; where this machine lacks it, the other is used");
     field("marker_may_differ", self.marker_may_differ, Range{},
-          "run although the marker as the estimator knows it is not the scene's");
-    field("clock", self.clock, Finite(), "frames and physics steps");
-    field("start", self.start, Finite(), "where the vehicle begins");
-    field("sea", self.sea, Finite(), "how the water moves");
-    field("mooring", self.mooring, Finite(), "how the station moves");
-    field("water", self.light.water, Finite(), "what the water does to light");
-    field("lamps", self.light.lamps, Finite(), "the vehicle's lamps");
-    field("ball_lights", self.light.ball_lights, Finite(), "the light in the marker's balls");
-    field("shading", self.light.shading, Finite(), "how exactly light is computed");
-    field("rig", self.rig, Finite(), "the two cameras");
-    field("sensor", self.sensor, Finite(), "the cameras' electronics");
+          "whether to run although the marker as the estimator knows it is not the scene's");
+    field("clock", self.clock, Finite(), "clock: frames and physics steps");
+    field("start", self.start, Finite(), "start of the vehicle: its place, attitude and speed");
+    field("sea", self.sea, Finite(), "sea: motion of the water by current and waves");
+    field("mooring", self.mooring, Finite(), "mooring: motion of the station");
+    field("water", self.light.water, Finite(), "water: its effect on light");
+    field("lamps", self.light.lamps, Finite(), "lamps of the vehicle");
+    field("ball_lights", self.light.ball_lights, Finite(), "light in the marker's balls");
+    field("shading", self.light.shading, Finite(), "accuracy with which light is computed");
+    field("rig", self.rig, Finite(), "stereo rig of two cameras");
+    field("sensor", self.sensor, Finite(), "electronics of the cameras");
     field("snow", self.snow, Finite(), "marine snow: particles seen one by one");
-    field("lens", self.lens, Finite(), "radial distortion that the estimator does not know of");
+    field("lens", self.lens, Finite(),
+          "lens distortion, radial, that the estimator does not know of");
     field("marker", self.marker, Finite(), "the marker as the estimator knows it");
     field("marker_from_scene", self.marker_from_scene, Range{},
           "sets marker.balls and marker.box_m: to the scene's where that is no bundled one, or to "
           "those of the bundled ones; giving either says no");
-    field("hue", self.hue, Finite(), "which pixels agree with a ball");
+    field("hue", self.hue, Finite(), "hue matching: which pixels agree with a ball");
     field("pose_source", self.pose_source, Finite(),
           "source of the autopilot's pose: the cameras through the estimator, or the true pose "
           "with noise");
-    field("true_pose", self.true_pose, Finite(), "the noise on the true pose");
-    field("procedure", self.procedure, Finite(), "the steps of docking");
-    field("approach", self.approach, Finite(), "how it gets to where the marker is found");
-    field("levelling", self.levelling, Finite(), "roll and pitch, of a vehicle that can");
-    field("attitude_sensor", self.attitude_sensor, Finite(), "what says which way is down");
-    field("navigation", self.navigation, Finite(), "what says where it is, for an approach");
-    field("vehicle", self.vehicle, Finite(), "mass, water forces, thrusters and contact");
+    field("true_pose", self.true_pose, Finite(),
+          "noise on the true pose, for pose_source: true_pose");
+    field("procedure", self.procedure, Finite(), "procedure of docking, stage by stage");
+    field("approach", self.approach, Finite(), "approach to where the marker is found");
+    field("levelling", self.levelling, Finite(),
+          "levelling of roll and pitch, of a vehicle that can");
+    field("attitude_sensor", self.attitude_sensor, Finite(), "sensor of roll and pitch");
+    field("navigation", self.navigation, Finite(),
+          "navigation that tells the vehicle's position, for an approach");
+    field("vehicle", self.vehicle, Finite(),
+          "vehicle: mass, forces of the water, thrusters and contact");
     field("known_vehicle", self.known_vehicle, Finite(),
-          "the vehicle as the controller knows it: the data of its file, whatever `vehicle` says");
-    field("jam", self.jam, Finite(), "when the pole counts as jammed in the dock");
-    field("faults", self.faults, Finite(), "what goes wrong, and when");
+          "vehicle as the controller knows it: the data of its file, whatever `vehicle` says");
+    field("jam", self.jam, Finite(), "jam: when the pole counts as jammed in the dock");
+    field("faults", self.faults, Finite(), "faults: what goes wrong, and when");
   }
   void MoreFields(config::GroupRef* group) { plugins.AddTo(group); }
   // Keys that stand for others set them where they are given; what is given later counts.

@@ -153,8 +153,8 @@ struct Contact {
   bool operator==(const Contact&) const = default;
 
   static void Fields(auto& self, auto&& field) {
-    field("time_s", self.time_s, Finite(), "the first one's time");
-    field("force_newton", self.force_newton, Finite(), "its force");
+    field("time_s", self.time_s, Finite(), "time");
+    field("force_newton", self.force_newton, Finite(), "force");
   }
 };
 
@@ -168,10 +168,12 @@ struct Change {
   bool operator==(const Change&) const = default;
 
   static void Fields(auto& self, auto&& field) {
-    field("frame", self.frame, Finite(), "the first with it");
-    field("time_s", self.time_s, Finite(), "when that began");
-    field("key", self.key, Finite(), "of the scenario, or push");
-    field("value", self.value, Finite(), "as YAML");
+    field("frame", self.frame, Finite(), "first frame with the changed setting");
+    field("time_s", self.time_s, Finite(), "time from which the changed setting holds");
+    field("key", self.key, Finite(), "key of the changed setting in the scenario, or push");
+    field(
+        "value", self.value, Finite(),
+        "value of the changed setting, as YAML; of a push [x, y, z] in N, in the world's frame W");
   }
 };
 
@@ -217,84 +219,113 @@ struct TrialRecord {
   bool operator==(const TrialRecord&) const = default;
 
   static void Fields(auto& self, auto&& field) {
-    field("outcome", self.outcome, kFact, "how it ended");
-    field("failure", self.failure, kFact.StoredOnly(), "why it did not dock; none if it did");
-    field("reason", self.reason, kFact, "the outcome as a sentence");
-    field("docked", self.docked, kFact, "the criterion was met on the estimate");
+    SightFields(self, field);
+    MotionFields(self, field);
+    RunFields(self, field);
+  }
+
+ private:
+  // How it ended, and what was seen.
+  static void SightFields(auto& self, auto&& field) {
+    field("outcome", self.outcome, kFact, "outcome: how the trial ended");
+    field("failure", self.failure, kFact.StoredOnly(),
+          "failure: why the trial did not dock; none if it did");
+    field("reason", self.reason, kFact, "reason of the outcome, as a sentence");
+    field("docked", self.docked, kFact, "whether the docking criterion was met on the estimate");
     field("inserted", self.inserted, kFact,
-          "truth, at the end: the pole's tip is inside the straight hole");
-    field("time_s", self.time_s, kMetric,
-          "simulated, when the criterion was met for the last time, else the end");
+          "whether the pole's tip truly is inside the straight hole at the end");
+    field(
+        "time_s", self.time_s, kMetric,
+        "simulated time at which the docking criterion was met for the last time, else of the end");
     field("start", self.start, kMetric.As("start_{}").StoredOnly(),
-          "camera head in the marker's frame at the beginning");
+          "start: camera head in the marker's frame M when the trial begins");
     field("final_error_true", self.final_error_true, kMetric.As("final_error_true_{}"),
-          "marker in the camera head less the desired pose, at time_s");
+          "true error at time_s: marker in the camera head less the desired pose");
     field("final_error_estimated", self.final_error_estimated,
           kMetric.As("final_error_estimated_{}"),
-          "the same of the estimate, which is of an image camera_delay_frames older");
+          "estimated error at time_s, of an image camera_delay_frames older: marker in the camera "
+          "head less the desired pose");
     field("estimator", self.estimator, kReport,
-          "what made the estimates: an estimator's name, or true_pose");
-    field("fitness_mean", self.fitness_mean, kMetric, "F, over all frames");
-    field("fitness_best", self.fitness_best, kMetric, "largest F");
+          "estimator that made the estimates, by name, or true_pose");
+    field("fitness_mean", self.fitness_mean, kMetric, "mean fitness F over all frames");
+    field("fitness_best", self.fitness_best, kMetric, "largest fitness F of all frames");
     field("false_confidence_s", self.false_confidence_s, kMetric,
-          "time in which a detected estimate claimed to be within three of its standard deviations "
-          "and was not, at its image: off by more than 99.73 % should be");
+          "time in which the true error of a detected estimate, at its image, exceeded the "
+          "estimate's own 3-sigma bound (99.73 %)");
     field("normalised_error2_mean", self.normalised_error2_mean, kMetric,
-          "error of detected estimates, squared, by the covariance they claim: 6 if it is right");
+          "mean squared error of detected estimates over the covariance that they claim: 6 if it "
+          "is right");
     field("first_sight_m", self.first_sight_m, kMetric,
-          "true distance of the marker at the first image in which F reached found_fitness");
-    field("handover_time_s", self.handover_time_s, kMetric, "when servoing first began");
+          "true distance of the marker at the first image whose fitness F reached found_fitness");
+    field("handover_time_s", self.handover_time_s, kMetric, "time at which servoing first began");
     field("handover_navigation_error_m", self.handover_navigation_error_m, kMetric,
-          "how far off navigation had the camera head then, before vision corrected it");
+          "error of navigation's position of the camera head when servoing first began, before "
+          "vision corrected it");
     field("handover_navigation_error_rad", self.handover_navigation_error_rad, kMetric,
-          "and its heading, positive to the left");
-    field("searches", self.searches, kMetric,
-          "how often the marker was not found where it should be: how often that stage began");
-    field("attempts", self.attempts, kMetric, "to dock: how often that stage began");
+          "error of navigation's heading when servoing first began, before vision corrected it, "
+          "positive to the left");
+  }
+  // What it did.
+  static void MotionFields(auto& self, auto&& field) {
+    field(
+        "searches", self.searches, kMetric,
+        "number of times that the stage search began: the marker was not found where it should be");
+    field("attempts", self.attempts, kMetric, "number of times that the stage docking began");
     field("dockings", self.dockings, kMetric,
-          "how often the criterion was met; more than once where it undocks and docks again");
-    field("returns_to_servoing", self.returns_to_servoing, kMetric, "from docking, how often");
-    field("repeated_images", self.repeated_images, kReport,
-          "images that were their camera's last one again, byte for byte: taken for black");
+          "number of times that the docking criterion was met; more than one where the vehicle "
+          "undocks and docks again");
+    field("returns_to_servoing", self.returns_to_servoing, kMetric,
+          "number of times that the vehicle went back from docking to servoing");
+    field(
+        "repeated_images", self.repeated_images, kReport,
+        "number of images that were their camera's last one again, byte for byte: taken for black");
     field("tracking_rms_m", self.tracking_rms_m, kMetric,
           "root mean square of the true y and z errors together, each at most 1 m, after the "
           "approach; of all frames if that never ended");
     field("overshoot_m", self.overshoot_m, kMetric,
-          "largest way beyond the desired x in the same frames, at most 1 m");
+          "largest way beyond the desired x after the approach, at most 1 m; of all frames if that "
+          "never ended");
     field("effort_v", self.effort_v, kMetric,
-          "root mean square of the commands' deviations from neutral");
+          "root mean square of the commands' deviations from neutral voltage");
     field("insertion_depth_m", self.insertion_depth_m, kMetric,
-          "of the pole's tip past the dock's mouth, at the end");
+          "depth of the pole's tip past the dock's mouth at the end");
     field("insertion_time_s", self.insertion_time_s, kMetric,
-          "when the pole first was in the hole");
+          "time at which the pole first was in the hole");
     field("first_dock_contact", self.first_dock_contact, kMetric.As("dock_contact_{}"),
-          "of the pole with the dock");
+          "first contact of the pole with the dock");
     field("dock_force_max_newton", self.dock_force_max_newton, kMetric,
-          "largest between pole and dock");
+          "largest force between pole and dock");
     field("jammed", self.jam_time_s.has_value(), kReport,
-          "the pole was held in the dock; no end of the trial");
-    field("jam_time_s", self.jam_time_s, kMetric, "when the pole first was found jammed");
-    field("energy", self.energy, kReport, "of the vehicle, in the whole trial");
+          "whether the pole was held in the dock; no end of the trial");
+    field("jam_time_s", self.jam_time_s, kMetric, "time at which the pole first was found jammed");
+    field("energy", self.energy, kReport, "energy of the vehicle over the whole trial");
     field("thruster_work_joule", self.energy.thruster_work, kMetric.StoredOnly(),
-          "done by the thrusters");
-    field("stage_time_s", self.stage_time_s, kMetric.As("{}_time_s"), "spent in the stage");
-    field("transitions", self.transitions, kReport, "from stage to stage: frame, from, to, reason");
+          "energy of the vehicle over the whole trial, work done by the thrusters");
+    field("stage_time_s", self.stage_time_s, kMetric.As("{}_time_s"), "time spent in the stage");
+    field("transitions", self.transitions, kReport, "changes of stage: frame, from, to, reason");
     field("changes", self.changes, kReport,
-          "settings that somebody changed while it ran: frame, time_s, key, value");
-    field("seed", self.seed, kFact, "of the scenario");
-    field("version", self.version, kReport, "of the program, with its commit");
+          "settings that somebody changed while the trial ran: frame, time_s, key, value");
+  }
+  // What it was run with and took.
+  static void RunFields(auto& self, auto&& field) {
+    field("seed", self.seed, kFact, "seed of the scenario");
+    field("version", self.version, kReport, "version of the program, with its commit");
     field("renderer", self.renderer, kRun,
-          "GL context and what draws in it; empty where nothing is drawn");
+          "renderer: GL context and what draws in it; empty where nothing is drawn");
     field("digest", self.digest, kFact,
-          "of states, estimates and commands; equal for equal runs; empty without an end");
-    field("wall_time_s", self.wall_time_s, kRun, "of the trial; in a batch's file of its job");
-    field("real_time_factor", self.real_time_factor, kReport, "simulated over wall time");
+          "digest of states, estimates and commands: equal for equal runs; empty without an end");
+    field("wall_time_s", self.wall_time_s, kRun,
+          "wall time of the trial; in a batch's file of its job");
+    field("real_time_factor", self.real_time_factor, kReport,
+          "ratio of simulated time to wall time");
     field("peak_memory_mib", self.peak_memory_mib, kReport,
-          "resident memory of the process until the trial's end, at most");
-    field("cpu_time_s", self.cpu_time_s, kRun.StoredOnly(), "of the worker in this job");
-    field("rss_bytes", self.rss_bytes, kRun.StoredOnly(), "memory of the worker after the job");
+          "largest resident memory of the process until the trial's end");
+    field("cpu_time_s", self.cpu_time_s, kRun.StoredOnly(),
+          "processor time of the worker in this job");
+    field("rss_bytes", self.rss_bytes, kRun.StoredOnly(),
+          "resident memory of the worker after the job");
     field("log", self.printed, kRun.StoredOnly(),
-          "of a trial without an end of its own: the last of what it printed");
+          "last lines printed by a trial without an end of its own");
   }
 };
 

@@ -17,9 +17,9 @@ struct AxesPose {
   bool operator==(const AxesPose&) const = default;
 
   static void Fields(auto& self, auto&& field) {
-    field("x_m", self.x_m, Finite(), "forward");
-    field("y_m", self.y_m, Finite(), "to the left");
-    field("z_m", self.z_m, Finite(), "up");
+    field("x_m", self.x_m, Finite(), "x, forward");
+    field("y_m", self.y_m, Finite(), "y, to the left");
+    field("z_m", self.z_m, Finite(), "z, up");
     field("yaw_rad", self.yaw_rad, Finite(), "heading, positive to the left");
   }
 };

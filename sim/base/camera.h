@@ -47,10 +47,10 @@ struct RigParams {
   double baseline_m = 0.12;
 
   static void Fields(auto& self, auto&& field) {
-    field("width_px", self.width_px, InRange(16, 8192), "width of the images");
-    field("height_px", self.height_px, InRange(16, 8192), "height of the images");
+    field("width_px", self.width_px, InRange(16, 8192), "width of the cameras' images");
+    field("height_px", self.height_px, InRange(16, 8192), "height of the cameras' images");
     field("horizontal_fov_rad", self.horizontal_fov_rad, InRange(0.1, 2.6),
-          "horizontal field of view in water");
+          "cameras' horizontal field of view in water");
     field("baseline_m", self.baseline_m, InRange(0.01, 1),
           "distance between the cameras' optical centres");
   }

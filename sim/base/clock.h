@@ -12,8 +12,10 @@ struct ClockParams {
   int ticks_per_frame = 16;  // 1/480 s: 2 ms would not divide a 30 Hz frame
 
   static void Fields(auto& self, auto&& field) {
-    field("frames_per_second", self.frames_per_second, InRange(1, 240), "camera frame rate");
-    field("ticks_per_frame", self.ticks_per_frame, InRange(1, 1000), "physics steps in a frame");
+    field("frames_per_second", self.frames_per_second, InRange(1, 240),
+          "number of frames a second: cycles of images, estimate and command");
+    field("ticks_per_frame", self.ticks_per_frame, InRange(1, 1000),
+          "number of physics steps in a frame");
   }
 
   double dt_s() const { return 1.0 / (static_cast<double>(frames_per_second) * ticks_per_frame); }

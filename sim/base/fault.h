@@ -21,8 +21,9 @@ struct FaultSpan {
   bool Holds(double time_s) const { return begin_s <= time_s && time_s < end_s; }
 
   static void Fields(auto& self, auto&& field) {
-    field("begin_s", self.begin_s, InRange(0, kLongest_s), "time at which the fault begins");
-    field("end_s", self.end_s, InRange(0, kLongest_s), "time at which the fault ends");
+    field("begin_s", self.begin_s, InRange(0, kLongest_s),
+          "time in the trial at which the fault begins");
+    field("end_s", self.end_s, InRange(0, kLongest_s), "time in the trial at which the fault ends");
   }
   void Check(const std::string& path) const {
     if (end_s <= begin_s)

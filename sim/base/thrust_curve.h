@@ -22,18 +22,19 @@ struct ThrustCurve {
 
   static void Fields(auto& self, auto&& field) {
     field("max_thrust_newton", self.max_thrust_newton, InRange(0, 1e4),
-          "thrust at full forward voltage, in still water");
+          "thruster: thrust at full forward voltage, in still water");
     field("reverse_ratio", self.reverse_ratio, InRange(0, 1),
-          "thrust at full reverse over that at full forward");
+          "thruster: ratio of the thrust at full reverse to that at full forward");
     field("dead_band_volts", self.dead_band_volts, InRange(0, 2.4),
-          "no thrust within this distance of the neutral voltage");
+          "thruster: deviation from the neutral voltage up to which it gives no thrust");
     field("curve_exponent", self.curve_exponent, InRange(0.5, 4),
-          "thrust grows as this power of the voltage beyond the dead band");
+          "thruster: exponent n of its thrust, which grows as the n-th power of the voltage beyond "
+          "the dead band");
     field("table_volts", self.table_volts, InRange(0, kMaxVolts),
-          "increasing voltages of a measured thrust curve, which replaces max_thrust_newton, "
-          "reverse_ratio, dead_band_volts and curve_exponent");
+          "thruster: increasing voltages of a measured thrust curve, which replaces "
+          "max_thrust_newton, reverse_ratio, dead_band_volts and curve_exponent");
     field("table_thrust_newton", self.table_thrust_newton, Finite(),
-          "thrust at each voltage of the table");
+          "thruster: measured thrust at each of table_volts");
   }
   void Check(const std::string& path) const;  // the table's shape
 

@@ -30,12 +30,12 @@ struct ImageFault : FaultSpan {
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
     field("kind", self.kind, Finite(),
-          "frozen: the last image again and again; black; swapped: left and right exchanged; late: "
-          "older images");
+          "fault of the images: frozen (the last image again and again), black, swapped (left and "
+          "right exchanged) or late (older images)");
     field("camera", self.camera, Finite(),
-          "camera whose images are at fault; swapped are always both");
+          "camera whose images are at fault; always both if kind is swapped");
     field("late_images", self.late_images, InRange(1, 100),
-          "number of images by which late ones are late");
+          "number of images by which late images are late");
   }
 };
 

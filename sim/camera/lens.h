@@ -17,8 +17,12 @@ struct LensParams {
   double k1 = 0, k2 = 0;
 
   static void Fields(auto& self, auto&& field) {
-    field("k1", self.k1, InRange(-1, 1), "radial distortion, third order; < 0 is a barrel");
-    field("k2", self.k2, InRange(-1, 1), "radial distortion, fifth order");
+    field("k1", self.k1, InRange(-1, 1),
+          "coefficient k1 of the lenses' radial distortion, third order in r over the focal "
+          "length; < 0 is a barrel");
+    field(
+        "k2", self.k2, InRange(-1, 1),
+        "coefficient k2 of the lenses' radial distortion, fifth order in r over the focal length");
   }
 };
 

@@ -51,36 +51,39 @@ struct SensorParams {
 
   static void Fields(auto& self, auto&& field) {
     field("full_scale_radiance_w_m2_sr", self.full_scale_radiance_w_m2_sr, Above(0),
-          "radiance that fills the well, and gives 255 DN at gain 1");
+          "radiance that fills a pixel's well and gives 255 DN at gain 1");
     field("full_well_electrons", self.full_well_electrons, InRange(50, 1e7),
-          "electrons of a pixel at full scale");
+          "number of electrons of a pixel at full scale");
     field("read_noise_electrons", self.read_noise_electrons, InRange(0, 10000),
-          "standard deviation of the noise before the gain, however dark");
-    field("shot_noise", self.shot_noise, Finite(), "whether light itself is noisy");
+          "standard deviation of the sensor's noise before the gain, however dark, in electrons");
+    field("shot_noise", self.shot_noise, Finite(),
+          "whether the images have shot noise, that of light itself");
     field("gain", self.gain, InRange(0.001, 1000),
-          "factor on light and noise; with auto_level: the largest");
+          "factor of the camera's gain on light and noise; with auto_level the largest one");
     field("auto_level", self.auto_level, InRange(0, 1),
           "share of full scale at which automatic gain holds the mean of what it meters; 0: fixed "
           "gain");
     field("auto_time_s", self.auto_time_s, InRange(0, 60),
           "time constant of automatic gain and white balance");
     field("white_balance", self.white_balance, InRange(0.1, 10),
-          "factor of the white balance on each channel");
+          "factors of the white balance on the red, green and blue channel");
     field("auto_white_balance_limit", self.auto_white_balance_limit, InRange(1, 10),
-          "largest factor by which automatic white balance raises or lowers red and blue to make "
-          "the images' mean grey; 1: fixed");
+          "factor up to which automatic white balance raises or lowers red and blue to make the "
+          "images' mean grey; 1: fixed");
     field("white_clip", self.white_clip, InRange(1, 4),
           "share of full scale at which the amplifier clips, before colours are blurred");
-    field("transfer", self.transfer, Finite(), "curve from linear to encoded values");
-    field("power", self.power, InRange(0.5, 5), "encoded = linear^(1/power), with transfer: power");
+    field("transfer", self.transfer, Finite(), "curve from linear to encoded pixel values");
+    field("power", self.power, InRange(0.5, 5),
+          "exponent of the curve if transfer is power: encoded = linear^(1/power)");
     field("chroma_blur_px", self.chroma_blur_px, InRange(0, 16),
           "blur (sigma) of colour along rows of 640 pixels, as in composite video; 0: none");
     field("chroma_coring_dn", self.chroma_coring_dn, InRange(0, 100),
-          "what every colour loses, 8-bit steps of its differences' length: weaker ones are grey");
+          "length of its colour differences that each pixel loses, in 8-bit steps: weaker colours "
+          "become grey");
     field("highlight_fade", self.highlight_fade, InRange(0, 1),
-          "share of full scale, below it, over which colour fades to white; 0: it does not");
+          "share of full scale, just below it, over which colour fades to white; 0: colour stays");
     field("video_noise_dn", self.video_noise_dn, InRange(0, 50),
-          "standard deviation of the noise of line and digitiser, 8-bit steps");
+          "standard deviation of the noise of video line and digitiser, in 8-bit steps");
   }
 };
 

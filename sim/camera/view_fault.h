@@ -18,7 +18,8 @@ struct BlurFault : FaultSpan {
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
     field("camera", self.camera, Finite(), "camera that is out of focus");
-    field("sigma_px", self.sigma_px, InRange(0.1, 50), "width (sigma) of the blur, Gaussian");
+    field("sigma_px", self.sigma_px, InRange(0.1, 50),
+          "width (sigma) of the Gaussian blur of a camera that is out of focus");
   }
 };
 
@@ -32,12 +33,13 @@ struct DirtFault : FaultSpan {
     FaultSpan::Fields(self, field);
     field("camera", self.camera, Finite(), "camera whose port is dirty");
     field("center", self.center, InRange(0, 1),
-          "centre of the patch of dirt, from the image's left and top, in shares of its width and "
-          "height");
-    field(
-        "radius", self.radius, InRange(0.01, 2),
-        "radius of the patch of dirt, in shares of the image's width; from half of it on it fades");
-    field("transmission", self.transmission, InRange(0, 1), "share of light that the dirt lets by");
+          "centre of the patch of dirt: share of the image's width from its left, share of its "
+          "height from its top");
+    field("radius", self.radius, InRange(0.01, 2),
+          "radius of the patch of dirt, as a share of the image's width; from half of it on the "
+          "dirt fades");
+    field("transmission", self.transmission, InRange(0, 1),
+          "share of light that the dirt on a camera's port lets through");
   }
 };
 
@@ -49,8 +51,8 @@ struct CameraMisalignment : FaultSpan {
     FaultSpan::Fields(self, field);
     field("camera", self.camera, Finite(), "camera that no longer looks straight ahead");
     field("yaw_pitch_roll_rad", self.yaw_pitch_roll_rad, InRange(-1, 1),
-          "angles by which the camera is turned in the head, about its optical centre: left, down, "
-          "clockwise");
+          "angles by which a camera is turned in the head, about its optical centre: yaw to the "
+          "left, pitch down, roll clockwise");
   }
 };
 

@@ -20,10 +20,12 @@ struct LightFault : FaultSpan {
 
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
-    field("light", self.light, Finite(), "lamp_left, lamp_right or a ball's name");
-    field("factor", self.factor, InRange(0, 5), "factor on the light: 0 dead, 1 sound");
+    field("light", self.light, Finite(),
+          "light that fails: lamp_left, lamp_right or a ball's name");
+    field("factor", self.factor, InRange(0, 5),
+          "factor on the brightness of the failing light: 0 dead, 1 sound");
     field("flicker_hz", self.flicker_hz, InRange(0, 100),
-          "frequency at which the light comes back, for half of each period; 0: never");
+          "frequency at which the failing light comes back, for half of each period; 0: never");
   }
   // ConfigError where neither a lamp nor one of these balls is called so.
   void CheckLight(const std::string& path, const std::vector<BallLight>& balls) const;
@@ -47,10 +49,10 @@ struct AmbientLightFault : FaultSpan {
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
     field("rise_s", self.rise_s, InRange(0.001, kLongest_s),
-          "time in which the daylight grows to the full");
-    field(
-        "irradiance_w_m2", self.irradiance_w_m2, InRange(0, 1000),
-        "full irradiance by daylight of a surface that faces up where the vehicle is, by channel");
+          "time in which the ambient daylight grows to its full strength");
+    field("irradiance_w_m2", self.irradiance_w_m2, InRange(0, 1000),
+          "irradiance by the full ambient daylight of a surface that faces up where the vehicle "
+          "is: red, green, blue");
   }
 };
 

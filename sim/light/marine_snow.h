@@ -34,10 +34,12 @@ struct SnowParams {
 
   static void Fields(auto& self, auto&& field) {
     field("particles_per_m3", self.particles_per_m3, InRange(0, 20000),
-          "particles of marine snow; 0: none");
-    field("diameter_m", self.diameter_m, InRange(1e-4, 0.02), "diameter of a particle");
-    field("sink_m_s", self.sink_m_s, InRange(0, 0.1), "speed at which the particles sink");
-    field("albedo", self.albedo, InRange(0, 1), "share of light that a particle throws back");
+          "number of particles of marine snow in a cubic metre of water; 0: none");
+    field("diameter_m", self.diameter_m, InRange(1e-4, 0.02),
+          "diameter of a particle of marine snow");
+    field("sink_m_s", self.sink_m_s, InRange(0, 0.1), "speed at which marine snow sinks");
+    field("albedo", self.albedo, InRange(0, 1),
+          "share of light that a particle of marine snow throws back");
   }
 };
 

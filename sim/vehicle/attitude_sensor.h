@@ -18,11 +18,12 @@ struct AttitudeSensorParams {
 
   static void Fields(auto& self, auto&& field) {
     field("bias_std_rad", self.bias_std_rad, InRange(0, 0.5),
-          "standard deviation of a trial's constant error of roll and of pitch, as measured");
+          "attitude sensor: standard deviation of a trial's constant error of measured roll and "
+          "pitch");
     field("noise_std_rad", self.noise_std_rad, InRange(0, 0.5),
-          "standard deviation of the error of each reading of roll and pitch");
+          "attitude sensor: standard deviation of the error of each reading of roll and pitch");
     field("rate_noise_std_rad_s", self.rate_noise_std_rad_s, InRange(0, 1),
-          "standard deviation of the error of each reading of the angular rates");
+          "attitude sensor: standard deviation of the error of each reading of the angular rates");
   }
 };
 

@@ -31,16 +31,17 @@ struct EnergyBalance {
   bool operator==(const EnergyBalance&) const = default;
 
   static void Fields(auto& self, auto&& field) {
-    field("thruster_work_joule", self.thruster_work, Finite(), "done by the thrusters");
-    field("drag_loss_joule", self.drag_loss, Finite(), "dissipated by damping");
-    field("water_work_joule", self.water_work, Finite(), "done by moving water");
-    field("tether_work_joule", self.tether_work, Finite(), "done by the tether");
-    field("contact_work_joule", self.contact_work, Finite(), "of all contacts");
+    field("thruster_work_joule", self.thruster_work, Finite(), "work done by the thrusters");
+    field("drag_loss_joule", self.drag_loss, Finite(), "loss dissipated by damping");
+    field("water_work_joule", self.water_work, Finite(), "work done by moving water");
+    field("tether_work_joule", self.tether_work, Finite(), "work done by the tether");
+    field("contact_work_joule", self.contact_work, Finite(), "work of all contacts");
     field("kinetic_change_joule", self.kinetic_change, Finite(),
-          "of vehicle and added mass, since the start");
+          "change of kinetic energy of vehicle and added mass");
     field("potential_change_joule", self.potential_change, Finite(),
-          "of weight and buoyancy, since the start");
-    field("residual_joule", self.residual(), Finite(), "what the others leave unexplained");
+          "change of potential energy of weight and buoyancy");
+    field("residual_joule", self.residual(), Finite(),
+          "residual that work, loss and changes leave unexplained");
   }
 };
 

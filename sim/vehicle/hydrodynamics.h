@@ -41,10 +41,14 @@ struct MatrixEntry {
   double value = 0;
 
   static void Fields(auto& self, auto&& field) {
-    field("row", self.row, Finite(), "axis of the force or moment of an element off the diagonal");
+    field("row", self.row, Finite(),
+          "row of an element off a matrix's diagonal: axis of the force or moment");
     field("column", self.column, Finite(),
-          "axis of the velocity or acceleration that causes an element's force or moment");
-    field("value", self.value, Finite(), "value of an element off the diagonal, SI");
+          "column of an element off a matrix's diagonal: axis of the velocity or acceleration that "
+          "causes the force or moment");
+    field("value", self.value, Finite(),
+          "value of an element off a matrix's diagonal [SI: N, N m of its row over m/s^2, rad/s^2 "
+          "(added mass), m/s, rad/s (linear) or their squares (quadratic) of its column]");
   }
 };
 
@@ -64,25 +68,29 @@ struct HydrodynamicsParams {
 
   static void Fields(auto& self, auto&& field) {
     field("water_density_kg_m3", self.water_density_kg_m3, InRange(0, 2000),
-          "density of the water");
+          "density of the water that the vehicle displaces");
     field("displaced_volume_m3", self.displaced_volume_m3, InRange(0, 1e3),
           "volume of water that the submerged vehicle displaces");
-    field("p_BBcb_m", self.p_BBcb_m, InRange(-10, 10), "centre of buoyancy in B");
+    field("p_BBcb_m", self.p_BBcb_m, InRange(-10, 10),
+          "centre of buoyancy: x, y, z in the vehicle's frame B");
     field("hull_height_m", self.hull_height_m, InRange(1e-3, 100),
-          "buoyancy falls linearly to zero while this height leaves the water");
-    field("added_mass_diagonal", self.added_mass_diagonal, AtLeast(0),
-          "added mass of surge, sway, heave [kg], roll, pitch, yaw [kg m^2]");
+          "height of the hull: buoyancy falls linearly to zero while that much leaves the water");
+    field(
+        "added_mass_diagonal", self.added_mass_diagonal, AtLeast(0),
+        "added mass on the matrix's diagonal: surge, sway, heave [kg], roll, pitch, yaw [kg m^2]");
     field("added_mass_coupling", self.added_mass_coupling, Finite(),
-          "added mass off the diagonal [kg, kg m, kg m^2]; both halves, the matrix must be "
+          "added mass off the matrix's diagonal [kg, kg m, kg m^2]; give both halves, it must be "
           "symmetric");
     field("linear_damping_diagonal", self.linear_damping_diagonal, AtLeast(0),
-          "linear damping of surge, sway, heave [N s/m], roll, pitch, yaw [N m s]");
+          "linear damping on the matrix's diagonal: surge, sway, heave [N s/m], roll, pitch, yaw "
+          "[N m s]");
     field("linear_damping_coupling", self.linear_damping_coupling, Finite(),
-          "linear damping off the diagonal");
+          "linear damping off the matrix's diagonal; multiplies v of its column");
     field("quadratic_damping_diagonal", self.quadratic_damping_diagonal, AtLeast(0),
-          "quadratic damping of surge, sway, heave [N s^2/m^2], roll, pitch, yaw [N m s^2]");
+          "quadratic damping on the matrix's diagonal: surge, sway, heave [N s^2/m^2], roll, "
+          "pitch, yaw [N m s^2]");
     field("quadratic_damping_coupling", self.quadratic_damping_coupling, Finite(),
-          "quadratic damping off the diagonal; multiplies |v| v of its column");
+          "quadratic damping off the matrix's diagonal; multiplies |v| v of its column");
   }
 
   // Refuses an asymmetric added mass and damping that could feed energy into the vehicle.

@@ -18,22 +18,23 @@ struct MooringParams {
   double weathervane_arm_m = 0;
 
   static void Fields(auto& self, auto&& field) {
-    field(
-        "swing_x_m", self.swing_x_m, InRange(0, 5),
-        "amplitude of the station's sinusoidal motion along W's x, its phase drawn from the seed");
-    field(
-        "swing_y_m", self.swing_y_m, InRange(0, 5),
-        "amplitude of the station's sinusoidal motion along W's y, its phase drawn from the seed");
+    field("swing_x_m", self.swing_x_m, InRange(0, 5),
+          "amplitude of the station's sinusoidal motion along the x of the world's frame W, its "
+          "phase drawn from the seed");
+    field("swing_y_m", self.swing_y_m, InRange(0, 5),
+          "amplitude of the station's sinusoidal motion along the y of the world's frame W, its "
+          "phase drawn from the seed");
     field("swing_period_s", self.swing_period_s, InRange(0.5, 600),
-          "period of the station's sinusoidal motions");
+          "period of the station's sinusoidal motions along x and y");
     field("natural_period_s", self.natural_period_s, InRange(0, 600),
-          "natural period of the station on its mooring, drawn along by current and waves; 0: it "
-          "stays");
-    field("damping_ratio", self.damping_ratio, InRange(0.01, 5),
-          "damping ratio of the station on its mooring, by the water's drag");
+          "natural period of the station on its mooring, drawn along by current and waves; 0: the "
+          "station stays");
+    field(
+        "damping_ratio", self.damping_ratio, InRange(0.01, 5),
+        "ratio of the station's damping on its mooring, by the water's drag, to critical damping");
     field("weathervane_arm_m", self.weathervane_arm_m, InRange(0, 100),
-          "the station turns like a vane that the current trails at this length from its swivel, "
-          "until the vehicle comes in against the current; 0: it does not turn");
+          "length of the arm on which the current turns the station about its swivel, until the "
+          "vehicle comes in against the current; 0: the station does not turn");
   }
 
   void Check(const std::string& path) const {

@@ -58,20 +58,20 @@ struct NavigationParams {
 
   static void Fields(auto& self, auto&& field) {
     field("preset", self.preset, Range{},
-          "sets all other keys: dvl, usbl, dead_reckoning, pilot, or never (it reports "
-          "nothing)");
+          "sets all other keys of navigation: dvl, usbl, dead_reckoning, pilot, or never (it "
+          "reports nothing)");
     field("position_bias_std_m", self.position_bias_std_m, InRange(0, 10),
           "navigation: standard deviation of a trial's constant error of position, along each "
           "horizontal axis");
     field("position_drift_std_mps", self.position_drift_std_mps, InRange(0, 1),
           "navigation: standard deviation of a trial's constant drift of position, along each "
-          "horizontal axis: a current that it does not know");
+          "horizontal axis, by a current that it does not know");
     field("position_walk_m", self.position_walk_m, InRange(0, 1),
-          "navigation: standard deviation of the random walk of position in a second, along each "
-          "horizontal axis");
+          "navigation: standard deviation that the random walk of position reaches in a second, "
+          "along each horizontal axis");
     field("travel_error_std", self.travel_error_std, InRange(0, 1),
           "navigation: standard deviation of a trial's error of the way travelled, along and "
-          "across it, as a share of it");
+          "across it, as a share of the way");
     field("position_noise_std_m", self.position_noise_std_m, InRange(0.001, 10),
           "navigation: standard deviation of the error of each fix, along each horizontal axis");
     field("rate_hz", self.rate_hz, InRange(0.01, 1000),
@@ -87,7 +87,7 @@ struct NavigationParams {
     field("heading_bias_std_rad", self.heading_bias_std_rad, InRange(0, 1),
           "navigation: standard deviation of a trial's constant error of the heading");
     field("heading_walk_rad", self.heading_walk_rad, InRange(0, 1),
-          "navigation: standard deviation of the heading's random walk in a second");
+          "navigation: standard deviation that the random walk of the heading reaches in a second");
     field("heading_noise_std_rad", self.heading_noise_std_rad, InRange(0.0001, 1),
           "navigation: standard deviation of the error of each reading of the heading");
   }

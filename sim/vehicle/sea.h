@@ -22,17 +22,18 @@ struct CurrentParams {
 
   static void Fields(auto& self, auto&& field) {
     field("surface_velocity_mps", self.surface_velocity_mps, InRange(-5, 5),
-          "mean current at the surface, in W");
+          "mean current at the surface: x, y, z in the world's frame W");
     field("series", self.series, Finite(),
           "CSV of a measured current at the surface, in place of surface_velocity_mps: columns "
-          "time_s, water_x_mps, water_y_mps and perhaps water_z_mps, in W, or speed_mps and "
-          "direction_rad, where it runs to; between rows it is linear, and it turns with them");
+          "time_s, water_x_mps, water_y_mps and perhaps water_z_mps, in the world's frame W, or "
+          "speed_mps and direction_rad (towards which it runs, from W's x towards y); linear "
+          "between rows");
     field("decay_depth_m", self.decay_depth_m, AtLeast(0),
-          "depth at which the current has fallen to 1/e; 0: it does not fall");
+          "depth at which the current has fallen to 1/e of the surface's; 0: it does not fall");
     field("gust_std_mps", self.gust_std_mps, InRange(0, 2),
-          "standard deviation of each horizontal component of the Gauss-Markov gusts");
+          "standard deviation of the current's Gauss-Markov gusts, of each horizontal component");
     field("gust_time_constant_s", self.gust_time_constant_s, Above(0),
-          "time in which the gusts' correlation falls to 1/e");
+          "time in which the correlation of the current's gusts falls to 1/e");
   }
   void Check(const std::string& path) const;  // one of mean and series
 };
@@ -70,10 +71,10 @@ struct WaveComponent {
     field("height_m", self.height_m, InRange(0, 20), "height of a regular wave, crest to trough");
     field("period_s", self.period_s, InRange(0.2, 60), "period of a regular wave");
     field("direction_rad", self.direction_rad, Finite(),
-          "direction in which the waves run, from W's x towards y");
+          "direction in which a regular wave runs, from the x of the world's frame W towards y");
     field("phase_rad", self.phase_rad, Finite(),
-          "phase of a regular wave at W's origin and time 0 (crest: 0); used when random_phases is "
-          "off");
+          "phase of a regular wave at the origin of the world's frame W and time 0 (crest: 0); "
+          "used when random_phases is off");
   }
 };
 
@@ -90,11 +91,12 @@ struct JonswapParams {
           "significant wave height of the irregular sea; 0: none");
     field("peak_period_s", self.peak_period_s, InRange(0.5, 30),
           "peak period of the irregular sea");
-    field("gamma", self.gamma, InRange(1, 10), "peak enhancement factor of the JONSWAP spectrum");
+    field("gamma", self.gamma, InRange(1, 10),
+          "factor gamma by which the peak of the JONSWAP spectrum is enhanced");
     field("direction_rad", self.direction_rad, Finite(),
-          "direction in which the waves run, from W's x towards y");
+          "direction in which the irregular sea runs, from the x of the world's frame W towards y");
     field("components", self.components, InRange(1, 500),
-          "number of regular waves that an irregular sea is summed from");
+          "number of regular waves that the irregular sea is summed from");
   }
 };
 
@@ -116,21 +118,22 @@ struct TetherParams {
   static void Fields(auto& self, auto&& field) {
     field("enabled", self.enabled, Finite(), "whether the vehicle drags a tether");
     field("p_BQ_m", self.p_BQ_m, InRange(-10, 10),
-          "point where the tether leaves the vehicle, in B");
-    field("p_WAnchor_m", self.p_WAnchor_m, Finite(), "far end of the tether, in W");
+          "point where the tether leaves the vehicle: x, y, z in the vehicle's frame B");
+    field("p_WAnchor_m", self.p_WAnchor_m, Finite(),
+          "far end of the tether: x, y, z in the world's frame W");
     field("length_m", self.length_m, Above(0), "length of the tether in the water");
     field("diameter_m", self.diameter_m, InRange(1e-4, 0.2), "diameter of the tether");
     field("drag_coefficient", self.drag_coefficient, InRange(0, 5),
           "drag coefficient of the tether across the flow: 1.2 for a smooth cylinder, more when it "
           "strums");
     field("net_weight_newton_per_m", self.net_weight_newton_per_m, InRange(-100, 100),
-          "weight of the tether less its buoyancy; positive sinks");
+          "weight of a metre of the tether less its buoyancy; positive sinks");
     field("stiffness_newton_per_m", self.stiffness_newton_per_m, AtLeast(0),
           "pull of the tether per metre of stretch beyond its length");
     field("stretch_damping_newton_s_per_m", self.stretch_damping_newton_s_per_m, AtLeast(0),
           "pull of the tether per m/s of stretching, while taut");
     field("water_density_kg_m3", self.water_density_kg_m3, InRange(0, 2000),
-          "density of the water");
+          "density of the water about the tether");
   }
 };
 
@@ -145,12 +148,13 @@ struct SeaParams {
   static void Fields(auto& self, auto&& field) {
     field("state", self.state, Finite(),
           "sea state whose wave is added to sea.waves; custom adds none");
-    field("current", self.current, Finite(), "current and gusts");
-    field("waves", self.waves, Finite(), "regular waves");
-    field("jonswap", self.jonswap, Finite(), "irregular sea, added to them");
+    field("current", self.current, Finite(), "current of the sea and its gusts");
+    field("waves", self.waves, Finite(), "regular waves of the sea");
+    field("jonswap", self.jonswap, Finite(),
+          "irregular sea (JONSWAP spectrum), added to sea.waves");
     field("random_phases", self.random_phases, Finite(),
-          "draw the regular waves' phases from the trial's seed");
-    field("tether", self.tether, Finite(), "the cable to the surface");
+          "whether the regular waves' phases are drawn from the trial's seed");
+    field("tether", self.tether, Finite(), "cable from the vehicle to the surface");
   }
 };
 

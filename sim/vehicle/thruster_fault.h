@@ -16,10 +16,11 @@ struct ThrusterFault : FaultSpan {
 
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
-    field("thruster", self.thruster, Finite(), "name of its motor in the vehicle's MJCF");
+    field("thruster", self.thruster, Finite(),
+          "name of the failing thruster: its motor's in the vehicle's MJCF");
     field("force_factor", self.force_factor, InRange(-1, 1),
-          "share of its thrust that the thruster still gives: 0 blocked, between 0 and 1 weak, "
-          "below 0 reversed, as with its leads exchanged");
+          "share of its thrust that the failing thruster still gives: 0 blocked, between 0 and 1 "
+          "weak, below 0 reversed, as with its leads exchanged");
   }
 };
 

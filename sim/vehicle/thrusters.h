@@ -31,16 +31,16 @@ struct ThrusterKind : ThrustCurve {
   static void Fields(auto& self, auto&& field) {
     ThrustCurve::Fields(self, field);
     field("lag_s", self.lag_s, InRange(0, 10),
-          "time constant of the thrust's first-order lag; 0: none");
+          "thruster: time constant of the thrust's first-order lag; 0: none");
     field("lag_power", self.lag_power, InRange(0.5, 4),
-          "n of the lag, which is on the n-th root of the thrust: 1 the thrust itself, 2 the "
-          "propeller's speed, whose square the thrust is");
+          "thruster: exponent n of the lag, which acts on the n-th root of the thrust: 1 the "
+          "thrust itself, 2 the propeller's speed, whose square the thrust is");
     field("dead_time_s", self.dead_time_s, InRange(0, 1),
-          "time from a command until the thruster follows it");
+          "thruster: dead time from a command until the thrust follows");
     field("rate_limit_newton_per_s", self.rate_limit_newton_per_s, AtLeast(0),
-          "fastest change of thrust, 0: no limit");
+          "thruster: fastest change of thrust; 0: no limit");
     field("inflow_loss_s_per_m", self.inflow_loss_s_per_m, InRange(0, 10),
-          "share of the thrust lost per m/s of water entering the propeller");
+          "thruster: share of the thrust lost per m/s of water entering the propeller");
   }
 };
 
@@ -49,7 +49,8 @@ struct IndividualThruster : ThrusterKind {
   std::string thruster;
 
   static void Fields(auto& self, auto&& field) {
-    field("thruster", self.thruster, Finite(), "name of its motor in the vehicle's MJCF");
+    field("thruster", self.thruster, Finite(),
+          "name of the thruster that differs: its motor's in the vehicle's MJCF");
     ThrusterKind::Fields(self, field);
   }
 };
@@ -63,9 +64,10 @@ struct ThrusterParams : ThrusterKind {
     ThrusterKind::Fields(self, field);
     field("effectiveness", self.effectiveness, InRange(0, 1),
           "share of its thrust that each thruster still gives, in the order of the motors in the "
-          "MJCF: 1 sound, 0 failed");
+          "MJCF: 1 sound, 0 failed; empty: all sound");
     field("individual", self.individual, Finite(),
-          "thrusters that differ from the others; a key left out has their value");
+          "thrusters that differ from the others; a key left out has the default of this list, not "
+          "the others' value");
   }
 
   // What the thrusters of these names are, in their order. ConfigError below `path` for one that is

@@ -19,12 +19,16 @@ struct RigidBodyParams {
   Eigen::Vector3d inertia_products_kg_m2{0, 0, 0};
 
   static void Fields(auto& self, auto&& field) {
-    field("mass_kg", self.mass_kg, Above(0), "dry mass, with the water trapped in it");
-    field("p_BBcm_m", self.p_BBcm_m, InRange(-10, 10), "centre of mass in B");
+    field("mass_kg", self.mass_kg, Above(0),
+          "dry mass of the vehicle, with the water trapped in it");
+    field("p_BBcm_m", self.p_BBcm_m, InRange(-10, 10),
+          "vehicle's centre of mass: x, y, z in the vehicle's frame B");
     field("inertia_kg_m2", self.inertia_kg_m2, Above(0),
-          "Ixx, Iyy, Izz about the centre of mass, along B's axes");
+          "vehicle's moments of inertia Ixx, Iyy, Izz about its centre of mass, along the axes of "
+          "its frame B");
     field("inertia_products_kg_m2", self.inertia_products_kg_m2, Finite(),
-          "elements xy, xz, yz of the inertia matrix about the centre of mass, along B's axes");
+          "elements xy, xz, yz of the vehicle's inertia matrix about its centre of mass, along the "
+          "axes of its frame B");
   }
 
   Eigen::Matrix3d Inertia() const;  // about the centre of mass, B's axes
@@ -40,9 +44,11 @@ struct LoadParams {
   Eigen::Vector3d p_BQ_m{0, 0, 0};
 
   static void Fields(auto& self, auto&& field) {
-    field("mass_kg", self.mass_kg, AtLeast(0), "mass of a load");
-    field("volume_m3", self.volume_m3, AtLeast(0), "volume of water that a load displaces");
-    field("p_BQ_m", self.p_BQ_m, InRange(-10, 10), "point where a load is fixed, in B");
+    field("mass_kg", self.mass_kg, AtLeast(0), "mass of a load (payload or ballast)");
+    field("volume_m3", self.volume_m3, AtLeast(0),
+          "volume of water that a load (payload or ballast) displaces");
+    field("p_BQ_m", self.p_BQ_m, InRange(-10, 10),
+          "point where a load is fixed: x, y, z in the vehicle's frame B");
   }
 };
 
@@ -58,12 +64,14 @@ struct ContactParams {
 
   static void Fields(auto& self, auto&& field) {
     field("friction", self.friction, InRange(0, 2),
-          "force of sliding over normal force; up to 30 % less askew to MuJoCo's friction pyramid");
+          "contact of pole and dock: ratio of the force of sliding to the normal force; up to 30 % "
+          "less askew to MuJoCo's friction pyramid");
     field("restitution", self.restitution, InRange(0.05, 0.95),
-          "speed after over speed before a normal impact; exp(-2) when critically damped");
+          "contact of pole and dock: ratio of the speed after to that before a normal impact; "
+          "exp(-2) when critically damped");
     field("time_constant_s", self.time_constant_s, InRange(1e-3, 1),
-          "time constant of the contact's spring: an impact lasts two to three of them, and dents "
-          "by the speed times one");
+          "contact of pole and dock: time constant of its spring; an impact lasts two to three of "
+          "them, and dents by the speed times one");
   }
 
   double DampingRatio() const;  // that gives the restitution
@@ -77,10 +85,10 @@ struct VehicleData {
   std::vector<LoadParams> loads;
 
   static void Fields(auto& self, auto&& field) {
-    field("rigid_body", self.rigid_body, Finite(), "the vehicle without loads");
-    field("hydrodynamics", self.hydrodynamics, Finite(), "forces of the water");
-    field("thrusters", self.thrusters, Finite(), "what its thrusters are like");
-    field("loads", self.loads, Finite(), "payload and ballast");
+    field("rigid_body", self.rigid_body, Finite(), "mass and inertia of the vehicle without loads");
+    field("hydrodynamics", self.hydrodynamics, Finite(), "forces of the water on the vehicle");
+    field("thrusters", self.thrusters, Finite(), "properties of the vehicle's thrusters");
+    field("loads", self.loads, Finite(), "payload and ballast of the vehicle");
   }
 
   // Mass, centre of mass and inertia of vehicle and loads together.
@@ -97,7 +105,7 @@ struct VehicleParams : VehicleData {
 
   static void Fields(auto& self, auto&& field) {
     VehicleData::Fields(self, field);
-    field("contact", self.contact, Finite(), "the pole against the dock");
+    field("contact", self.contact, Finite(), "contact of the pole with the dock");
   }
 };
 

@@ -27,9 +27,12 @@ struct ScreenFault : FaultSpan {
 
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
-    field("p_MQ_m", self.p_MQ_m, InRange(-10, 10), "middle of the plate in the marker's frame");
-    field("size_m", self.size_m, InRange(0.0001, 10), "edges of the plate");
-    field("albedo", self.albedo, InRange(0, 1), "share of light thrown back, by channel");
+    field("p_MQ_m", self.p_MQ_m, InRange(-10, 10),
+          "middle of the plate that hides the marker: x, y, z in the marker's frame M");
+    field("size_m", self.size_m, InRange(0.0001, 10),
+          "edges of the plate that hides the marker: x, y, z in the marker's frame M");
+    field("albedo", self.albedo, InRange(0, 1),
+          "share of light that the plate throws back: red, green, blue");
   }
 };
 
@@ -44,12 +47,13 @@ struct FishFault : FaultSpan {
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
     field("p_MQ_m", self.p_MQ_m, InRange(-10, 10),
-          "point where the fish begins, in the marker's frame");
+          "point where the fish begins: x, y, z in the marker's frame M");
     field("velocity_mps", self.velocity_mps, InRange(-10, 10),
-          "velocity of the fish in the marker's frame");
+          "velocity of the fish: x, y, z in the marker's frame M");
     field("radius_m", self.radius_m, InRange(0.001, 1), "radius of the fish");
-    field("albedo", self.albedo, InRange(0, 1), "share of light thrown back, by channel");
-    field("shines_as", self.shines_as, Finite(), "the ball whose light it has; empty: none");
+    field("albedo", self.albedo, InRange(0, 1),
+          "share of light that the fish throws back: red, green, blue");
+    field("shines_as", self.shines_as, Finite(), "ball whose light the fish has; empty: none");
   }
 };
 
@@ -60,7 +64,7 @@ struct SecondMarkerFault : FaultSpan {
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
     field("p_MQ_m", self.p_MQ_m, InRange(-10, 10),
-          "place of the second marker, in the marker's frame");
+          "place of the second marker: x, y, z in the marker's frame M");
   }
 };
 
@@ -87,11 +91,13 @@ struct BubblesFault : FaultSpan {
 
   static void Fields(auto& self, auto&& field) {
     FaultSpan::Fields(self, field);
-    field("count", self.count, InRange(1, 2000), "number of bubbles at a time");
-    field("radius_m", self.radius_m, InRange(0.0005, 0.1), "radius of a bubble");
-    field("rise_mps", self.rise_mps, InRange(0, 2), "speed at which the bubbles rise");
-    field("p_MQ_m", self.p_MQ_m, InRange(-10, 10), "the column's middle in the marker's frame");
-    field("size_m", self.size_m, InRange(0.01, 10), "the column's edges");
+    field("count", self.count, InRange(1, 2000), "number of air bubbles at a time");
+    field("radius_m", self.radius_m, InRange(0.0005, 0.1), "radius of an air bubble");
+    field("rise_mps", self.rise_mps, InRange(0, 2), "speed at which the air bubbles rise");
+    field("p_MQ_m", self.p_MQ_m, InRange(-10, 10),
+          "middle of the column of bubbles: x, y, z in the marker's frame M");
+    field("size_m", self.size_m, InRange(0.01, 10),
+          "edges of the column of bubbles: x, y, z in the marker's frame M");
     field("albedo", self.albedo, InRange(0, 1), "share of light that the bubbles throw back");
   }
 };

@@ -27,7 +27,7 @@ class DampedP final : public control::Controller {
             "force per speed");
       field("yaw_newton_m_per_rad", self.yaw_newton_m_per_rad, InRange(0, 50),
             "moment per error of the heading");
-      field("pose_filter", self.pose_filter, Finite(), "between estimate and controller");
+      field("pose_filter", self.pose_filter, Finite(), "filter between estimate and controller");
     }
   };
   DampedP(const Params& params, const ClockParams&) : params_(params) {}
@@ -54,7 +54,8 @@ class Cautious final : public vision::PoseEstimator {
   struct Params {
     double largest_jump_m = 0.3;
     static void Fields(auto& self, auto&& field) {
-      field("largest_jump_m", self.largest_jump_m, Above(0), "from one frame to the next");
+      field("largest_jump_m", self.largest_jump_m, Above(0),
+            "largest jump of the pose from one frame to the next");
     }
   };
   Cautious(const Params& params, const trial::EstimatorSetup& setup)

@@ -74,7 +74,7 @@ def test_keys_are_listed_and_shown():
         s[key]  # all of them
     result = turbidock.run(s, settings={**QUICK, "duration_s": 0.1})
     assert set(result.record) <= set(dir(result))
-    assert type(result).outcome.__doc__ == "how it ended"
+    assert type(result).outcome.__doc__ == "outcome: how the trial ended"
 
 
 @pytest.mark.parametrize("of", [copy.copy, copy.deepcopy, lambda s: pickle.loads(pickle.dumps(s)),

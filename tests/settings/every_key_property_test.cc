@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
-#include <regex>
 #include <set>
 #include <string>
 #include <vector>
@@ -206,17 +205,6 @@ TEST_P(EveryKey, IsANumberOrIsNotTuned) {
     ++refused;
   }
   EXPECT_EQ(refused + numbers, cases_.size());
-}
-
-// `turbidock list keys | grep` shows a key's line without those before it.
-TEST(TheLineOfAKey, IsUnderstoodAlone) {
-  const std::regex hangs_on_another(
-      "^$|^(of|and|its|it|likewise|along its|about the|for at|from|which|whose|whether there|while|"
-      "where|when|how|largest, of)\\b|likewise|as above|meanwhile|the same axes");
-  for (const config::KeyDoc& doc : trial::ScenarioKeys())
-    // groups have no value
-    EXPECT_TRUE(doc.value.empty() || !std::regex_search(doc.doc, hangs_on_another))
-        << doc.key << ": " << doc.doc;
 }
 
 // What gives each trial its seed takes none.

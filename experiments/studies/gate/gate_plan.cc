@@ -138,6 +138,7 @@ Gate LoadGate(const std::string& name, const trial::Plugins& plugins,
 
 std::vector<config::KeyDoc> GateKeys() {
   std::vector<config::KeyDoc> keys = config::ListKeys<GateSettings>();
+  for (config::KeyDoc& key : keys) key.required = key.key == "baseline";
   keys.push_back({.key = kNeverKey,
                   .type = "list of outcomes",
                   .value = "[]",
@@ -147,9 +148,8 @@ std::vector<config::KeyDoc> GateKeys() {
                   .type = "map of names",
                   .value = "{}",
                   .range = "",
-                  .doc =
-                      "of a condition, in place of the gate's: alpha, beta, max_trials, margins, "
-                      "never"});
+                  .doc = "settings of single conditions by name, in place of the gate's: alpha, "
+                         "beta, max_trials, margins, never"});
   return keys;
 }
 

@@ -50,12 +50,13 @@ struct ConditionSettings {
   std::vector<trial::Outcome> never;  // outcomes of which a single one fails the gate at once
 
   static void Fields(auto& self, auto&& field) {
-    field("alpha", self.alpha, batch::TestedProbability(), "chance of a false alarm");
+    field("alpha", self.alpha, batch::TestedProbability(),
+          "probability that the gate fails although nothing got worse (false alarm)");
     field("beta", self.beta, batch::TestedProbability(),
-          "chance that a measure that is worse by its margin passes");
+          "probability that a measure that is worse by its margin passes");
     field("max_trials", self.max_trials, InRange(0, 10000),
-          "trials of a condition at most; 0: the plan's `seeds`");
-    field("margins", self.margins, Finite(), "changes for the worse that matter");
+          "number of trials of a condition at most; 0: the plan's `seeds`");
+    field("margins", self.margins, Finite(), "changes for the worse that matter to the gate");
   }
 };
 
@@ -64,10 +65,11 @@ struct GateSettings : ConditionSettings {
   AlphaCovers alpha_covers = AlphaCovers::kGate;
 
   static void Fields(auto& self, auto&& field) {
-    field("baseline", self.baseline, Finite(), "the baseline's file, beside the gate's");
+    field("baseline", self.baseline, Finite(),
+          "file of the gate's baseline, beside the gate's own");
     ConditionSettings::Fields(self, field);
     field("alpha_covers", self.alpha_covers, Finite(),
-          "what alpha bounds the false alarms of: the whole gate, a condition, or one test");
+          "scope of alpha, the bound of false alarms: the whole gate, a condition, or one test");
   }
 };
 

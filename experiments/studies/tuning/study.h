@@ -44,10 +44,12 @@ struct GainRange {
   Scale scale = Scale::kLinear;
 
   static void Fields(auto& self, auto&& field) {
-    field("key", self.key, Finite(), "a number of the scenario, such as pid.sway.kp_per_s2");
-    field("low", self.low, Finite(), "lower end of its range");
-    field("high", self.high, Finite(), "upper end");
-    field("scale", self.scale, Finite(), "log for gains that differ by factors");
+    field("key", self.key, Finite(),
+          "key of a number of the scenario that is tuned, such as pid.sway.kp_per_s2");
+    field("low", self.low, Finite(), "lower end of the tuned key's range [unit of the key]");
+    field("high", self.high, Finite(), "upper end of the tuned key's range [unit of the key]");
+    field("scale", self.scale, Finite(),
+          "scale on which the tuned key's range is searched; log for gains that differ by factors");
   }
   double ValueAt(double u) const;  // u in [0, 1]
   double ShareOf(double value) const;
@@ -61,11 +63,11 @@ struct ObjectiveTerm {
 
   static void Fields(auto& self, auto&& field) {
     field("metric", self.metric, Finite(),
-          "a metric of a trial, as batch stores it; its size counts");
+          "metric of a trial, as batch stores it, whose size costs");
     field("weight", self.weight, Range{.low = 0, .high = kMostCost, .low_open = true},
-          "cost of one unit of it");
+          "factor on the metric's size: cost of one unit of it");
     field("failed", self.failed, InRange(0, kMostCost),
-          "added to the metric of a trial without success");
+          "penalty that a trial without success has on top of its metric [unit of the metric]");
   }
 };
 
@@ -78,10 +80,12 @@ struct RacingParams {
   double confidence = 0.99;
 
   static void Fields(auto& self, auto&& field) {
-    field("first", self.first, InRange(2, 1e6), "trials before the first look");
-    field("every", self.every, InRange(1, 1e6), "trials between looks");
+    field("first", self.first, InRange(2, 1e6),
+          "number of trials of a candidate before racing first looks whether to give it up");
+    field("every", self.every, InRange(1, 1e6),
+          "number of trials of a candidate between racing's looks");
     field("confidence", self.confidence, InRange(0.5, 0.999999),
-          "that a candidate given up is worse than the incumbent");
+          "probability, at least, that a candidate given up is worse than the incumbent");
   }
 };
 
@@ -91,9 +95,10 @@ struct ProofParams {
   bool cameras = true;
 
   static void Fields(auto& self, auto&& field) {
-    field("held_out_seeds", self.held_out_seeds, InRange(2, 1e6), "trials in each cell");
+    field("held_out_seeds", self.held_out_seeds, InRange(2, 1e6),
+          "number of new trials in each cell that compare the tuned gains with the starting ones");
     field("cameras", self.cameras, Finite(),
-          "they see through the cameras, whatever the search saw");
+          "whether the vehicle sees through the cameras in the proof, whatever the search saw");
   }
 };
 
@@ -109,18 +114,20 @@ struct TuningSettings {
 
   static void Fields(auto& self, auto&& field) {
     field("gains", self.gains, Finite(),
-          "what is tuned, from the value that the trials have: the scenario's, or that of `set`");
-    field("objective", self.objective, Finite(), "what a trial costs: the sum of these");
+          "keys that are tuned, from the value that the trials have: the scenario's, or that of "
+          "`set`");
+    field("objective", self.objective, Finite(), "terms whose sum is what a trial costs");
     field(
         "success_at_least", self.success_at_least, InRange(0, 1),
         "share of trials that must succeed; below it a candidate pays success_weight for the rest");
     field("success_weight", self.success_weight, InRange(0, kMostCost),
-          "cost of a share of 1 missing");
+          "factor on the missing share of successes: cost of a share of 1");
     field("start_may_fail", self.start_may_fail, Finite(),
-          "go on though the starting gains fail in every trial");
-    field("optimiser", self.optimiser, Finite(), "how many candidates, and how far apart");
-    field("racing", self.racing, Finite(), "when a candidate is given up early");
-    field("proof", self.proof, Finite(), "how the tuned gains are compared at the end");
+          "whether tuning goes on though the starting gains fail in every trial");
+    field("optimiser", self.optimiser, Finite(),
+          "search for the gains: how many candidates, and how far apart");
+    field("racing", self.racing, Finite(), "racing: when a candidate is given up early");
+    field("proof", self.proof, Finite(), "proof: how the tuned gains are compared at the end");
   }
   void Check(const std::string& path) const;
 };
