@@ -104,7 +104,7 @@ Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
   }
   for (const auto& [key, what] : kUseGroups)
     if (key != overrides.use && plan.Find(key))
-      remarks_.push_back(fmt::format("{}: is not read here; it is {}", key, what));
+      remarks_.push_back(fmt::format("{}: is not read here; these are {}", key, what));
   std::vector<std::string> groups;
   for (const PlanKey& group : PlanGroups()) groups.push_back(group.key);
   config::Origins origins;

@@ -144,8 +144,8 @@ TEST(Plan, LeavesToItsUsesWhatIsTheirs) {
   // who reads one is told of the other alone
   EXPECT_EQ(both.remarks().size(), 2u);
   EXPECT_THAT(Make(text + "gate: {}\ntuning: {}\n", {.use = "gate"}).remarks(),
-              ::testing::ElementsAre("tuning: is not read here; it is what `turbidock tune` "
-                                     "searches (list study-keys)"));
+              ::testing::ElementsAre("tuning: is not read here; these are settings of "
+                                     "`turbidock tune` (list study-keys)"));
 }
 
 TEST(Plan, RefusesWhatAUseCannotTakeOrIsNoMore) {
