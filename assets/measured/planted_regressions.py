@@ -12,6 +12,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import sqlite3
 import statistics
 import subprocess
@@ -22,15 +23,26 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 GATE = ROOT / 'assets/gates/docking.yaml'
 
 
-def scaled(key, values, factor):
-    return f'{key}={[round(factor * v, 6) for v in values]}'
+def shipped(file, key):
+    """What the published vehicle or optics have for a key, so that "10 % less" is of that."""
+    return json.loads(re.search(rf'(?m)^ *{key}: (\[.*?\]|[\d.e-]+)', (ROOT / file).read_text())[1])
+
+
+def scaled(group, key, factor):
+    """The setting of one of the vehicle's lists, multiplied."""
+    return f'vehicle.{group}.{key}={[round(factor * value, 6) for value in shipped("models/vehicle.yaml", key)]}'
 
 
 def drag(factor):
-    return [
-        scaled('vehicle.hydrodynamics.linear_damping_diagonal', [12, 7, 13, 0.1, 0.15, 0.8], factor),
-        scaled('vehicle.hydrodynamics.quadratic_damping_diagonal', [55, 145, 76, 0.1, 0.15, 0.5], factor),
-    ]
+    return [scaled('hydrodynamics', f'{kind}_damping_diagonal', factor) for kind in ('linear', 'quadratic')]
+
+
+def heavier(newton):
+    return [f'vehicle.rigid_body.mass_kg={shipped("models/vehicle.yaml", "mass_kg") + newton / 9.81:.3f}']
+
+
+def sensor(key, factor):
+    return [f'sensor.{key}={factor * shipped("assets/optics.yaml", key):.6g}']
 
 
 def hue(turned_rad):
@@ -49,10 +61,9 @@ def effectiveness(*share):
 PLANTED = [
     ('dynamics', 'drag 10 % less', drag(0.9)),
     ('dynamics', 'drag halved', drag(0.5)),
-    ('dynamics', 'added mass doubled',
-     [scaled('vehicle.hydrodynamics.added_mass_diagonal', [6, 10, 9, 0.03, 0.03, 0.05], 2)]),
-    ('dynamics', 'heavier by 1 N', ['vehicle.rigid_body.mass_kg=15.102']),
-    ('dynamics', 'heavier by 3 N', ['vehicle.rigid_body.mass_kg=15.306']),
+    ('dynamics', 'added mass doubled', [scaled('hydrodynamics', 'added_mass_diagonal', 2)]),
+    ('dynamics', 'heavier by 1 N', heavier(1)),
+    ('dynamics', 'heavier by 3 N', heavier(3)),
     ('thrusters', 'thrust 10 % less', effectiveness(0.9, 0.9, 0.9, 0.9)),
     ('thrusters', 'thrust 40 % less', effectiveness(0.6, 0.6, 0.6, 0.6)),
     ('thrusters', 'sway thruster 30 % less', effectiveness(1, 1, 0.7, 1)),
@@ -61,8 +72,8 @@ PLANTED = [
     ('sea', 'waves 5 cm higher', ['sea.waves=[{height_m: 0.05, period_s: 2.5, direction_rad: 1.57}]']),
     ('water', '15 ml/m3 of milk', ['water.milk_ml_m3=15']),
     ('water', '35 ml/m3 of milk', ['water.milk_ml_m3=35']),
-    ('sensor', 'read noise doubled', ['sensor.read_noise_electrons=15.9']),
-    ('sensor', 'gain a third', ['sensor.gain=9']),
+    ('sensor', 'read noise doubled', sensor('read_noise_electrons', 2)),
+    ('sensor', 'gain a third', sensor('gain', 1 / 3)),
     ('timing', 'images one frame later', ['camera_delay_frames=2']),
     ('timing', 'images four frames later', ['camera_delay_frames=5']),
     ('timing', 'every other image used', ['camera_period_frames=2']),
@@ -95,15 +106,15 @@ HARMLESS = [
     ('mutation rate of 0.11', ['estimator.mutation_rate=0.11']),
     ('thrust 0.1 % less', effectiveness(0.999, 0.999, 0.999, 0.999)),
     ('drag 0.1 % less', drag(0.999)),
-    ('read noise 1 % more', ['sensor.read_noise_electrons=8.03']),
-    ('gain 1 % more', ['sensor.gain=27.27']),
+    ('read noise 1 % more', sensor('read_noise_electrons', 1.01)),
+    ('gain 1 % more', sensor('gain', 1.01)),
     ('light computed in tiles of 20 pixels', ['shading.tile_px=20']),
     ('light computed to 0.8 of the tolerance', ['shading.relative_tolerance=0.008']),
     ('18 physics steps a frame', ['clock.ticks_per_frame=18']),
     ('population of 63', ['estimator.population=63']),
     ('mutation rate of 0.09', ['estimator.mutation_rate=0.09']),
-    ('read noise 1 % less', ['sensor.read_noise_electrons=7.87']),
-    ('gain 1 % less', ['sensor.gain=26.73']),
+    ('read noise 1 % less', sensor('read_noise_electrons', 0.99)),
+    ('gain 1 % less', sensor('gain', 0.99)),
     ('drag 0.1 % more', drag(1.001)),
 ]
 

@@ -132,7 +132,8 @@ def envelope_current(runs):
 
 
 @table([Command(('build/bin/envelope_coverage', ranges, boundary, '20000', str(number)),
-                ('build/bin/envelope_coverage', ranges, boundary, '20000', '1') if boundary not in ('curve', 'line') or ranges == '1' else None, key=(ranges, boundary))
+                ('build/bin/envelope_coverage', ranges, boundary, '20000', '1')
+                if boundary not in ('curve', 'line') or ranges == '1' else None, key=(ranges, boundary))
         for ranges, boundary, number in (('1', 'line', 100), ('1', 'step', 100), ('1', 'corner', 100), ('2', 'curve', 28),
                                          ('2', 'corner', 63), ('2', 'step', 56), ('3', 'line', 30))], '0.2 h')
 def envelope_coverage(runs):

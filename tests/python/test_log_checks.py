@@ -9,7 +9,7 @@ import pytest
 import turbidock
 from turbidock import _core, _rotation
 from turbidock.logs import _log, identify
-from turbidock.logs.motion import POSITION, QUATERNION, TURN_RATE, VELOCITY, read_motion
+from turbidock.logs.motion import POSITION, QUATERNION, TURN_RATE, VELOCITY, read_motion, write_motion
 
 TIME_S = np.arange(0, 30, 0.05)
 PLACE = np.stack([-2 + 0.4 * np.sin(TIME_S), 0.3 * np.cos(0.7 * TIME_S), -1.5 + 0.2 * np.sin(0.5 * TIME_S)], axis=1)
@@ -260,7 +260,8 @@ def test_a_log_is_not_written_over(tmp_path, capsys):
         assert identify.main(["fit", str(tmp_path / "log.csv"), "--scenario", "pool_active", option, f"{tmp_path}/./log.csv"]) == 2
         assert capsys.readouterr().err.endswith("log.csv: is the log, which is not written over\n")
     assert identify.main(["plan", "--scenario", "pool_active", "--out", str(tmp_path / "no/such/plan.csv")]) == 0
-    assert (tmp_path / "no/such/plan.csv").exists()
+    write_motion(read_motion(tmp_path / "no/such/plan.csv"), tmp_path / "another/copy.csv")
+    assert (tmp_path / "another/copy.csv").read_bytes() == (tmp_path / "no/such/plan.csv").read_bytes()
     assert identify.main(["plan", "--scenario", "pool_active", "--most-thrust", "5", "--out", str(tmp_path / "plan.csv")]) == 2
     assert "an experiment of 60 s at 5 of the thrust" in capsys.readouterr().err
 

@@ -91,7 +91,7 @@ TEST(TheLineOfANumber, NamesItsUnit) {
 
 TEST(TheLineOfAVector, NamesItsFrame) {
   const std::regex is_vector("(^|\\.)(?!.*_per_)\\w+_(m|mps|rad_s|m_s)$"),
-      names_it("frame [BWM]|frame W|forwards");
+      names_it("frame [BWM]|forwards");
   int vectors = 0;
   for (const config::KeyDoc& key : AllKeys()) {
     if (key.type != "list of 3 numbers" || !std::regex_search(key.key, is_vector)) continue;
