@@ -305,7 +305,8 @@ def test_bad_input_is_one_line(tmp_path, docked):
 
     assert command(tmp_path).endswith("is no trial's folder: it has no result.json")
     assert "true_pose: the trial has no images" in command(docked, tmp_path / "a.mcap", "--images")
-    assert "nowhere/a.mcap: No such file or directory" in command(docked, tmp_path / "nowhere/a.mcap")
+    assert "result.json: cannot be made: File exists" in command(docked, docked / "result.json/a.mcap")
+    assert "result.json/b: cannot be made: Not a directory" in command(docked, docked / "result.json/b/a.mcap")
     for name in ("result.json", "resolved.yaml", "trajectory.csv"):
         (tmp_path / name).write_bytes((docked / name).read_bytes())
     cut = (docked / "trajectory.csv").read_text()[:5000]

@@ -32,7 +32,7 @@ from ._parameters import AXES, FINDS, Parameter, data_of, parameters_to_find, pl
 from .._rotation import angles_of, product, turned
 from ._task import BEFORE_S, WINDOW_S, MotionLike, Task, fitted
 from .excitation import drift, plan
-from .motion import Numbers, whole_file, write_motion
+from .motion import Numbers, make_folder_of, whole_file, write_motion
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -394,7 +394,7 @@ def _do(given: argparse.Namespace) -> int:
     for file in filter(None, (getattr(given, "out", None), getattr(given, "plot", None))):
         if os.path.realpath(file) in map(os.path.realpath, getattr(given, "logs", ())):
             raise _core.ConfigError(f"{file}: is the log, which is not written over")
-        os.makedirs(os.path.dirname(file) or ".", exist_ok=True)  # before a fit that takes long
+        make_folder_of(file)  # before a fit that takes long
     if given.command == "plan":
         made = plan(scenario, duration_s=given.duration, pool_m=tuple(given.pool), most_thrust=given.most_thrust)
         write_motion(made, given.out)

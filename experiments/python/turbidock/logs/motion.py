@@ -101,11 +101,20 @@ def write_motion(motion: Mapping[str, npt.ArrayLike], file: Union[str, "os.PathL
         text.write(("\n".join(lines) + "\n").encode())
 
 
+def make_folder_of(file: Union[str, "os.PathLike[str]"]) -> None:
+    """Makes the folder that a file will be in. ConfigError where it cannot be made."""
+    folder = os.path.dirname(os.fspath(file)) or "."
+    try:
+        os.makedirs(folder, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(f"{folder}: cannot be made: {error.strerror}") from None
+
+
 @contextlib.contextmanager
 def whole_file(file: Union[str, "os.PathLike[str]"]) -> Iterator[IO[bytes]]:
     """A file that has its name once it is whole; of one that fails nothing is left. Makes its folder."""
     name = os.fspath(file)
-    os.makedirs(os.path.dirname(name) or ".", exist_ok=True)
+    make_folder_of(name)
     try:
         with open(name + ".part", "wb") as stream:
             yield stream
