@@ -12,16 +12,42 @@ namespace {
 // Brightness as in NTSC.
 constexpr float kRedShare = 0.299f, kGreenShare = 0.587f, kBlueShare = 0.114f;
 
-TURBIDOCK_VECTOR_CLONES
-void ToDifferences(int count, const float* __restrict planes, int width, float* __restrict luma,
-                   float* __restrict red, float* __restrict blue) {
-  for (int i = 0; i < count; ++i) {
-    const float r = planes[i], g = planes[width + i], b = planes[2 * width + i];
-    const float y = kRedShare * r + kGreenShare * g + kBlueShare * b;
-    luma[i] = y;
-    red[i] = r - y;
-    blue[i] = b - y;
+// Variance of what sampling by pairs and drawing lines between them blurs, pixels^2: two places
+// half a pixel from their middle, then a triangle two pixels high on either side.
+constexpr double kPairs_px2 = 0.25 + 2.0 / 3;
+
+[[gnu::always_inline]] inline float LumaOf(float red, float green, float blue) {
+  return kRedShare * red + kGreenShare * green + kBlueShare * blue;
+}
+
+// Mean differences of pairs of pixels and, with kFade, their largest value. `planes` begins with
+// the first pair's red values; green and blue are `width` further.
+template <bool kFade>
+[[gnu::always_inline]] inline void AddPairs(int count, const float* __restrict planes, int width,
+                                            float* __restrict red, float* __restrict blue,
+                                            float* __restrict peak) {
+  const float *green_dn = planes + width, *blue_dn = green_dn + width;
+  for (int j = 0; j < count; ++j) {
+    const float r = planes[2 * j] + planes[2 * j + 1];
+    const float g = green_dn[2 * j] + green_dn[2 * j + 1];
+    const float b = blue_dn[2 * j] + blue_dn[2 * j + 1];
+    const float y = LumaOf(r, g, b);
+    red[j] = 0.5f * (r - y);
+    blue[j] = 0.5f * (b - y);
+    if constexpr (kFade)
+      peak[j] = std::max(std::max(std::max(planes[2 * j], planes[2 * j + 1]),
+                                  std::max(green_dn[2 * j], green_dn[2 * j + 1])),
+                         std::max(blue_dn[2 * j], blue_dn[2 * j + 1]));
   }
+}
+
+TURBIDOCK_VECTOR_CLONES
+void ToPairs(bool fade, int count, const float* planes, int width, float* red, float* blue,
+             float* peak) {
+  if (fade)
+    AddPairs<true>(count, planes, width, red, blue, peak);
+  else
+    AddPairs<false>(count, planes, width, red, blue, peak);
 }
 
 // out[i] = sum of kernel[|k|] in[i + k]; `in` reaches as far beyond both ends as the kernel.
@@ -54,54 +80,62 @@ void Smooth(std::span<const float> kernel, int count, const float* in, float* ou
     AddTerms<1, false>(kernel.data(), k, count, in, out);
 }
 
-// What becomes of pixels once their colour is blurred.
-struct Line {
+// What becomes of pairs once they are blurred: coring, fading, the line's noise.
+struct PairRow {
   float coring_dn, fade_dn, noise_dn;
-  RowNoise::Row noise;  // from the first pixel's red on; other channels are `width` further
-  int width;
+  RowNoise::Row red_noise, blue_noise;  // from the first pair on
 };
 
-// Coring, fading, back to red, green and blue, the line's noise, and rounding. `planes` as of
-// ToBytes.
 template <bool kFade>
-[[gnu::always_inline]] inline void Decode(const Line& line, int count,
-                                          const float* __restrict planes,
-                                          const float* __restrict luma,
-                                          const float* __restrict smooth_red,
-                                          const float* __restrict smooth_blue,
-                                          uint8_t* __restrict rgb) {
-  constexpr float kNothing = 1e-6f;                              // no division by zero
-  constexpr float kBlack_dn = CompositeVideo::kSetup_dn + 0.5f;  // half a step, for rounding
-  // not through a reference, which the bytes might alias
-  const auto [coring_dn, fade_dn, noise_dn, noise, width] = line;
+[[gnu::always_inline]] inline void Suppress(const PairRow& row, int count,
+                                            const float* __restrict peak, float* __restrict red,
+                                            float* __restrict blue) {
+  constexpr float kNothing = 1e-6f;  // no division by zero
+  const auto [coring_dn, fade_dn, noise_dn, red_noise, blue_noise] = row;
   const float per_dn = 1 / fade_dn;
-  for (int i = 0; i < count; ++i) {
-    float red = smooth_red[i], blue = smooth_blue[i];
-    const float length_dn = std::sqrt(red * red + blue * blue) + kNothing;
+  for (int j = 0; j < count; ++j) {
+    const float length_dn = std::sqrt(red[j] * red[j] + blue[j] * blue[j]) + kNothing;
     float keep = std::max(0.0f, 1 - coring_dn / length_dn);
-    if constexpr (kFade) {
-      const float peak = std::max(planes[i], std::max(planes[width + i], planes[2 * width + i]));
-      keep *= std::clamp((255 - peak) * per_dn, 0.0f, 1.0f);
-    }
-    red *= keep;
-    blue *= keep;
-    const float y = luma[i] + kBlack_dn;
-    const float green = y - (kRedShare / kGreenShare * red + kBlueShare / kGreenShare * blue);
-    rgb[3 * i] = ToByte(y + red + noise_dn * noise[i]);
-    rgb[3 * i + 1] = ToByte(green + noise_dn * noise[width + i]);
-    rgb[3 * i + 2] = ToByte(y + blue + noise_dn * noise[2 * width + i]);
+    if constexpr (kFade) keep *= std::clamp((255 - peak[j]) * per_dn, 0.0f, 1.0f);
+    red[j] = keep * red[j] + noise_dn * red_noise[j];
+    blue[j] = keep * blue[j] + noise_dn * blue_noise[j];
   }
 }
 
-// Pixels from their brightness, their blurred colour and, where colour fades, their red, green and
-// blue values as they were, `width` apart.
 TURBIDOCK_VECTOR_CLONES
-void ToBytes(const Line& line, int count, const float* planes, const float* luma, const float* red,
-             const float* blue, uint8_t* rgb) {
-  if (line.fade_dn > 0)
-    Decode<true>(line, count, planes, luma, red, blue, rgb);
+void SuppressWeak(const PairRow& row, int count, const float* peak, float* red, float* blue) {
+  if (row.fade_dn > 0)
+    Suppress<true>(row, count, peak, red, blue);
   else
-    Decode<false>(line, count, planes, luma, red, blue, rgb);
+    Suppress<false>(row, count, peak, red, blue);
+}
+
+// Values of pixels from those of pairs, on straight lines between the pairs' middles. One more pair
+// is read on either side.
+TURBIDOCK_VECTOR_CLONES
+void DrawLines(int pairs, const float* __restrict of_pair, float* __restrict of_pixel) {
+  for (int j = 0; j < pairs; ++j) {
+    const float middle = 0.75f * of_pair[j];
+    of_pixel[2 * j] = middle + 0.25f * of_pair[j - 1];
+    of_pixel[2 * j + 1] = middle + 0.25f * of_pair[j + 1];
+  }
+}
+
+// Back to red, green and blue, with the noise of brightness, rounded. `planes` begins with the
+// first pixel's red value.
+TURBIDOCK_VECTOR_CLONES
+void ToBytes(int count, const float* __restrict planes, int width, const float* __restrict red,
+             const float* __restrict blue, RowNoise::Row noise, float noise_dn,
+             uint8_t* __restrict rgb) {
+  constexpr float kBlack_dn = CompositeVideo::kSetup_dn + 0.5f;  // half a step, for rounding
+  for (int i = 0; i < count; ++i) {
+    const float y = LumaOf(planes[i], planes[width + i], planes[2 * width + i]) + kBlack_dn +
+                    noise_dn * noise[i];
+    rgb[3 * i] = ToByte(y + red[i]);
+    rgb[3 * i + 1] =
+        ToByte(y - (kRedShare / kGreenShare * red[i] + kBlueShare / kGreenShare * blue[i]));
+    rgb[3 * i + 2] = ToByte(y + blue[i]);
+  }
 }
 
 // A Gaussian out to three sigma, from its middle on.
@@ -126,36 +160,48 @@ CompositeVideo::CompositeVideo(const SensorParams& params, int line_px)
     : coring_dn_(static_cast<float>(params.chroma_coring_dn)),
       fade_dn_(static_cast<float>(255 * params.highlight_fade)),
       noise_dn_(static_cast<float>(params.video_noise_dn)) {
-  if (params.chroma_blur_px > 0 || coring_dn_ > 0 || fade_dn_ > 0 || noise_dn_ > 0)
-    kernel_ = HalfKernel(params.chroma_blur_px * line_px / kLine_px);
+  if (params.chroma_blur_px <= 0 && coring_dn_ <= 0 && fade_dn_ <= 0 && noise_dn_ <= 0) return;
+  const double blur_px = params.chroma_blur_px * line_px / kLine_px;
+  kernel_ = HalfKernel(std::sqrt(std::max(0.0, blur_px * blur_px - kPairs_px2)) / 2);
 }
 
 void CompositeVideo::Transmit(std::span<const float> planes_dn, int begin, int end,
-                              RowNoise::Row noise, uint8_t* rgb) const {
-  const int margin = margin_px(), count = end - begin;
-  const int width = static_cast<int>(planes_dn.size()) / 3;
-  // what is there of what the pixels depend on
-  const int first = std::max(begin - margin, 0), last = std::min(end + margin, width);
-  const int padded = count + 2 * margin;
+                              RowNoise::Row noise, RowNoise::Row color_noise, uint8_t* rgb) const {
+  const int width = static_cast<int>(planes_dn.size()) / 3, reach = reach_pairs();
+  // pairs that lines are drawn from, one more on either side than there are pixels of
+  const int first = begin / 2 - 1, pairs = (end + 1) / 2 + 1 - first;
+  // and what they depend on, of which not all is there
+  const int first_read = std::max(first - reach, 0);
+  const int end_read = std::min(first + pairs + reach, width / 2);
+  const int before = first_read - (first - reach), padded = pairs + 2 * reach;
+  const int behind = before + end_read - first_read;
   // enough for any region of the row
-  row_.resize(5 * static_cast<size_t>(width) + 6 * static_cast<size_t>(margin));
-  float* luma = row_.data();
-  float* red = luma + padded;
+  row_.resize(5 * (static_cast<size_t>(width) + 8) + 6 * static_cast<size_t>(reach));
+  float* red = row_.data();
   float* blue = red + padded;
-  const int before = first - (begin - margin), behind = last - (begin - margin);
-  ToDifferences(last - first, planes_dn.data() + first, width, luma + before, red + before,
-                blue + before);
-  for (float* row : {red, blue}) {
+  float* peak = blue + padded;
+  float* smooth_red = peak + padded;
+  float* smooth_blue = smooth_red + pairs;
+  float* red_px = smooth_blue + pairs;
+  float* blue_px = red_px + 2 * static_cast<ptrdiff_t>(pairs);
+  ToPairs(fade_dn_ > 0, end_read - first_read,
+          planes_dn.data() + 2 * static_cast<ptrdiff_t>(first_read), width, red + before,
+          blue + before, peak + before);
+  for (float* row : {red, blue, peak}) {
     std::fill_n(row, before, row[before]);
     std::fill(row + behind, row + padded, row[behind - 1]);
   }
-  float* smooth_red = blue + padded;
-  float* smooth_blue = smooth_red + count;
-  Smooth(kernel_, count, red + margin, smooth_red);
-  Smooth(kernel_, count, blue + margin, smooth_blue);
-  ToBytes({coring_dn_, fade_dn_, noise_dn_, noise.From(begin), width}, count,
-          planes_dn.data() + begin, luma + margin, smooth_red, smooth_blue,
-          rgb + 3 * static_cast<ptrdiff_t>(begin));
+  Smooth(kernel_, pairs, red + reach, smooth_red);
+  Smooth(kernel_, pairs, blue + reach, smooth_blue);
+  // a row's numbers: of red's pairs, then of blue's, each from pair -1 on
+  const RowNoise::Row red_noise = color_noise.From(1 + first);
+  SuppressWeak({coring_dn_, fade_dn_, noise_dn_, red_noise, red_noise.From(width / 2 + 2)}, pairs,
+               peak + reach, smooth_red, smooth_blue);
+  DrawLines(pairs - 2, smooth_red + 1, red_px);
+  DrawLines(pairs - 2, smooth_blue + 1, blue_px);
+  const int odd = begin % 2;
+  ToBytes(end - begin, planes_dn.data() + begin, width, red_px + odd, blue_px + odd,
+          noise.From(begin), noise_dn_, rgb + 3 * static_cast<ptrdiff_t>(begin));
 }
 
 }  // namespace turbidock::camera

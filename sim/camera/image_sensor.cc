@@ -238,7 +238,8 @@ void ImageSensor::DigitiseRegion(Side side, int64_t frame, const PixelRegion& re
       DigitiseRow(curves[k], noise[k], {of_sensor.From(k * width), radiance}, begin, end,
                   encoded_.data() + static_cast<ptrdiff_t>(k) * width);
     if (video_.on()) {
-      video_.Transmit(encoded_, region.column_begin, region.column_end, of_line, image->row(v));
+      video_.Transmit(encoded_, region.column_begin, region.column_end, of_line, noise_.Of(key[2]),
+                      image->row(v));
     } else {
       const float* red = encoded_.data() + begin;
       Interleave(end - begin, red, red + width, red + 2 * width, image->at(begin, v));

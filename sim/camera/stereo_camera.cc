@@ -61,7 +61,7 @@ void StereoCamera::Expose(const view::RenderedStereo& rendered, const StereoRegi
   else
     water_.Prepare(rendered, Lit(region));
   if (Meters(frame)) {
-    sensor_.Amplify(exposure_.For(water_.MeanRadiance(rendered)));
+    sensor_.Amplify(exposure_.For(water_.MeteredRadiance(rendered)));
     meters_next_ = frame - frame % kFramesPerMetering + kFramesPerMetering;
   }
   snow_.Fall(rendered, whole_images ? whole() : Lit(region), frame, &water_);
@@ -83,7 +83,7 @@ void StereoCamera::Hold(const view::RenderedStereo& rendered) {
   held_view_ = &rendered;
   water_.Apply(rendered, &held_);
   if (!snow_.on()) lens_.Distort(&held_);
-  if (exposure_.on()) sensor_.Amplify(exposure_.For(water_.MeanRadiance(rendered)));
+  if (exposure_.on()) sensor_.Amplify(exposure_.For(water_.MeteredRadiance(rendered)));
 }
 
 void StereoCamera::ExposeHeld(const StereoRegion& region, int64_t frame, StereoImage* out) {

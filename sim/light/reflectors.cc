@@ -133,8 +133,9 @@ void Reflectors::AddHalos(const RayFrame& rays, int count, PointBatch* batch, Li
   const Eigen::Array3f loss_per_m = medium_.halo_loss_per_m().cast<float>();
   for (const Reflector& reflector : reflectors_) {
     if (reflector.glow.intensity_w_sr.maxCoeff() <= 0) continue;
-    AddHalo(rays, reflector.p_HQ, reflector.glow, loss_per_m, halos_[reflector.halo].table, nullptr,
-            count, batch, light);
+    AddHalo(rays, reflector.p_HQ,
+            SeenFrom((reflector.p_HQ - rays.p_HC).norm(), medium_, reflector.glow), loss_per_m,
+            halos_[reflector.halo].table, nullptr, count, batch, light);
   }
 }
 

@@ -150,6 +150,15 @@ double FluenceRatio(double q) {
   return x < 1e-6 ? 1 : 2 * (1 - std::sqrt(1 - x)) / x;
 }
 
+Glow SeenFrom(double way_m, const Medium& medium, const Glow& glow) {
+  const double share = std::min(1.0, 3 * std::pow(glow.radius_m / way_m, 0.6));
+  Glow seen = glow;
+  seen.intensity_w_sr *=
+      ((medium.halo_loss_per_m() - medium.Diffuse(medium.multiple_scattering ? share : 0)) * way_m)
+          .exp();
+  return seen;
+}
+
 namespace {
 
 // Integrand of the halo over phi at offset h, without b I / h and exp(-G t_p). The light's way in

@@ -42,17 +42,6 @@ SpreadBall SpreadOf(const ForwardPeak& peak, const BallLightParams& lights, doub
           }};
 }
 
-// Of a ball in the sea, for its halo. Half of what is scattered forwards counts as not lost on the
-// way (Medium::halo_loss_per_m); walks in the harbour say that it is no more than this exponent
-// however far the ball (tests/light/forward_peak_oracle_test.cc).
-Glow GlowAt(const Glow& glow, const Medium& medium, double way_m) {
-  constexpr double kMostRegained = 0.31;
-  const Rgb regained = (medium.image_loss_per_m() - medium.halo_loss_per_m()) * way_m;
-  Glow seen = glow;
-  seen.intensity_w_sr *= (kMostRegained - regained).min(0.0).exp();
-  return seen;
-}
-
 // With the last point, to a whole vector.
 void FillUp(int count, PointBatch* batch) {
   batch->count = (count + PointBatch::kVector - 1) / PointBatch::kVector * PointBatch::kVector;
@@ -205,9 +194,11 @@ void Water::Prepare(const view::RenderedStereo& rendered, const StereoRegion& re
   }
 }
 
-Eigen::Array3d Water::MeanRadiance(const view::RenderedStereo& rendered) {
-  Eigen::Array3d sum = Eigen::Array3d::Zero();
-  size_t count = 0;
+std::span<const Eigen::Array3f> Water::MeteredRadiance(const view::RenderedStereo& rendered) {
+  metered_radiance_.clear();
+  const auto add = [&](size_t first) {
+    for (const Light& light : metered_light_) metered_radiance_[first++] += light.head<3>();
+  };
   std::vector<LightPoint>& points = metered_;
   for (const Side side : kSides) {
     const view::RenderedView& view = rendered[side];
@@ -216,19 +207,17 @@ Eigen::Array3d Water::MeanRadiance(const view::RenderedStereo& rendered) {
       for (int u = kMeter_px / 2; u < view.surface.width(); u += kMeter_px)
         points.push_back({static_cast<uint16_t>(u), static_cast<uint16_t>(v),
                           *view.surface.at(u, v), *view.depth_m.at(u, v)});
+    const size_t first = metered_radiance_.size();
+    metered_radiance_.resize(first + points.size(), Eigen::Array3f::Zero());
     metered_light_.assign(points.size(), Light::Zero());
-    const auto add = [&] {
-      for (const Light& light : metered_light_) sum += light.head<3>().cast<double>();
-    };
     ShineFromSurfaces(cameras_[side], points, metered_light_.data());
-    add();
+    add(first);
     if (scatters_) {
       ShineFromWater(cameras_[side], points, metered_light_.data());
-      add();
+      add(first);
     }
-    count += points.size();
   }
-  return sum / static_cast<double>(std::max<size_t>(count, 1));
+  return metered_radiance_;
 }
 
 void Water::IrradianceFromAllSides(std::span<const Eigen::Vector3f> p_HQ,
@@ -488,7 +477,7 @@ void Water::ShineFromWater(const Camera& camera, std::span<const LightPoint> poi
       }
       const bool in_sea = !camera.spread.empty();
       AddHalo(camera.rays, placed.p_HS,
-              in_sea ? GlowAt(ball.glow, medium_, camera.spread[k].way_m) : ball.glow,
+              SeenFrom((placed.p_HS - camera.rays.p_HC).norm(), medium_, ball.glow),
               halo_loss_per_m_, halos_[ball.halo].second, shadow ? &*shadow : nullptr, count,
               &batch, out);
       if (in_sea && camera.spread[k].intensity_w_sr.maxCoeff() > 0)

@@ -63,9 +63,9 @@ class Water {
   void PaintRows(Side side, int row_begin, int row_end, float* rgb) const;
 
   // Of the instant prepared last:
-  // Mean radiance of both views by channel, W m^-2 sr^-1, from a lattice of pixels. Needs whole
-  // views.
-  Eigen::Array3d MeanRadiance(const view::RenderedStereo& rendered);
+  // Radiance of a lattice of pixels of both views by channel, W m^-2 sr^-1, until the next call.
+  // Needs whole views.
+  std::span<const Eigen::Array3f> MeteredRadiance(const view::RenderedStereo& rendered);
 
   // Irradiance of small things in the water, from all sides, of lamps and lit balls [W/m^2 each
   // channel].
@@ -133,6 +133,7 @@ class Water {
   std::vector<int> first_of_surface_, order_;  // points sorted by surface
   std::vector<LightPoint> metered_;
   std::vector<Light> metered_light_;
+  std::vector<Eigen::Array3f> metered_radiance_;
   std::vector<float> band_;  // radiance of some rows
 };
 

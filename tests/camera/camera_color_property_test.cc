@@ -123,17 +123,17 @@ TEST(ChromaBlur, IsTheSameInARegion) {
   for (size_t i = 0; i < 3 * radiance.pixels(); ++i)
     radiance.data()[i] = static_cast<float>(rng.Uniform());
   const ImageSensor sensor(Linear(4, 2), 1, 2);
-  ASSERT_EQ(sensor.margin_px(), 12);
+  const int margin_px = sensor.margin_px();
   StereoImage whole;
   sensor.Digitise({radiance, radiance}, 1, &whole);
   int compared = 0;
-  for (const PixelRegion& region :
-       {PixelRegion{0, 3, 9, 20}, PixelRegion{50, 0, 51, 7}, PixelRegion{140, 30, kWidth, 40}}) {
+  for (const PixelRegion& region : {PixelRegion{0, 3, 9, 20}, PixelRegion{50, 0, 51, 7},
+                                    PixelRegion{51, 0, 52, 7}, PixelRegion{140, 30, kWidth, 40}}) {
     StereoImage part;
     Image3f beside(kWidth, kHeight, std::nanf(""));  // what may not be looked at
     for (int v = region.row_begin; v < region.row_end; ++v)
-      for (int u = std::max(0, region.column_begin - 12);
-           u < std::min(kWidth, region.column_end + 12); ++u)
+      for (int u = std::max(0, region.column_begin - margin_px);
+           u < std::min(kWidth, region.column_end + margin_px); ++u)
         std::copy_n(radiance.at(u, v), 3, beside.at(u, v));
     sensor.Digitise({beside, beside}, {region, {}}, 1, &part);
     for (int v = region.row_begin; v < region.row_end; ++v)
@@ -141,7 +141,7 @@ TEST(ChromaBlur, IsTheSameInARegion) {
         for (int k = 0; k < 3; ++k, ++compared)
           ASSERT_EQ(part.left.at(u, v)[k], whole.left.at(u, v)[k]);
   }
-  EXPECT_EQ(compared, 3 * (9 * 17 + 7 + 20 * 10));
+  EXPECT_EQ(compared, 3 * (9 * 17 + 7 + 7 + 20 * 10));
 }
 
 // Half the pixels along the same line: half the blur in pixels.
@@ -195,35 +195,39 @@ TEST(Highlights, FadeToWhite) {
   }
 }
 
-// The line's noise is white, the same in light and dark, and another in each channel, row, frame
-// and camera; colour's blur does not touch it.
+// The line's noise is the same in light and dark, and another in each row, frame and camera. That
+// of brightness is white; that of colour has one value every other pixel, with lines between them.
 TEST(VideoNoise, ComesAfterTheCamera) {
   SensorParams sensor = Linear(3, 0);
   sensor.video_noise_dn = 4;
-  const StereoImage image = Expose(sensor, Halves({0.1f, 0.1f, 0.1f}, {0.6f, 0.4f, 0.3f}));
-  const StereoImage clean = Expose(Linear(3, 0), Halves({0.1f, 0.1f, 0.1f}, {0.6f, 0.4f, 0.3f}));
-  const auto noise = [&](Side side, size_t i) {
-    return static_cast<double>(image[side].data()[i]) - clean[side].data()[i];
+  const auto light = Halves({0.1f, 0.1f, 0.1f}, {0.6f, 0.4f, 0.3f});
+  const StereoImage image = Expose(sensor, light), clean = Expose(Linear(3, 0), light);
+  const auto noise = [&](Side side, int u, int v) {
+    const Color a = ColorOf(image[side].at(u, v)), b = ColorOf(clean[side].at(u, v));
+    return Eigen::Array3d(a.luma - b.luma, a.red - b.red, a.blue - b.blue);
   };
-  const size_t count = 3 * image.left.pixels(), row = 3 * kWidth;
-  const auto covariance = [&](Side a, size_t from_a, Side b, size_t from_b, size_t n,
-                              auto&& chosen) {
-    double sum = 0;
-    size_t summed = 0;
-    for (size_t i = 0; i < n; ++i)
-      if (chosen(i)) sum += noise(a, from_a + i) * noise(b, from_b + i), ++summed;
-    return sum / static_cast<double>(summed);
+  // of luma, red and blue, at pixels so far apart
+  const auto covariance = [&](Side other, int begin, int end, int columns, int rows) {
+    Eigen::Array3d sum = Eigen::Array3d::Zero();
+    for (int v = 0; v < kHeight - rows; ++v)
+      for (int u = begin; u < end - columns; ++u)
+        sum += noise(Side::kLeft, u, v) * noise(other, u + columns, v + rows);
+    return Eigen::Array3d(sum / ((kHeight - rows) * (end - begin - columns)));
   };
-  const auto all = [](size_t) { return true; };
-  const auto dark = [&](size_t i) { return i % row < row / 2; };
-  const auto lit = [&](size_t i) { return i % row >= row / 2; };
-  // 16, and a twelfth from each of two roundings; a deviation of the estimate is 0.17 or 0.24
-  EXPECT_NEAR(covariance(Side::kLeft, 0, Side::kLeft, 0, count, dark), 16.1, 1);
-  EXPECT_NEAR(covariance(Side::kLeft, 0, Side::kLeft, 0, count, lit), 16.1, 1);
-  EXPECT_NEAR(covariance(Side::kLeft, 0, Side::kRight, 0, count, all), 0, 0.6);
-  for (const size_t apart : {size_t{1}, size_t{2}, size_t{3}, row})
-    EXPECT_NEAR(covariance(Side::kLeft, 0, Side::kLeft, apart, count - apart, all), 0, 0.6)
-        << apart;
+  const auto expect = [](const Eigen::Array3d& seen, double luma, double color) {
+    EXPECT_NEAR(seen[0], luma, 1);
+    EXPECT_NEAR(seen[1], color, 1);
+    EXPECT_NEAR(seen[2], color, 1);
+  };
+  // a pixel has 3/4 of its own pair's noise and 1/4 of its neighbour's
+  const double own = 16 * (9 + 1) / 16.0;
+  expect(covariance(Side::kLeft, 0, kWidth / 2, 0, 0), 16, own);
+  expect(covariance(Side::kLeft, kWidth / 2, kWidth, 0, 0), 16, own);
+  expect(covariance(Side::kLeft, 0, kWidth, 1, 0), 0, 16 * (9 + 6) / 32.0);
+  expect(covariance(Side::kLeft, 0, kWidth, 2, 0), 0, 16 * 3 / 16.0);
+  expect(covariance(Side::kLeft, 0, kWidth, 4, 0), 0, 0);
+  expect(covariance(Side::kLeft, 0, kWidth, 0, 1), 0, 0);
+  expect(covariance(Side::kRight, 0, kWidth, 0, 0), 0, 0);
 }
 
 TEST(CompositeVideo, IsTheSameInARegionWithAllOfIt) {

@@ -21,7 +21,7 @@ constexpr double kPi = std::numbers::pi;
 
 // Green light in the pool: pure water and milk.
 struct Milk {
-  double a_per_m = 0.045, b_per_m = 0, g = 0.714;
+  double a_per_m = 0.045, b_per_m = 0, g = WaterParams{}.milk_asymmetry[1];
   double c_per_m() const { return a_per_m + b_per_m; }
 };
 
@@ -168,9 +168,11 @@ Ratios Compare(double milk_ml_m3, double distance_m, const Vector3d& p_MQ, const
   const Vector3d pixel(std::round(camera.cx_px + camera.fx_px * p_C.x() / p_C.z()),
                        std::round(camera.cy_px + camera.fy_px * p_C.y() / p_C.z()), 0);
   const Vector3d ray_C = camera.RayAt(pixel.x(), pixel.y());
-  const SeenLight walked = PhotonWalk({.b_per_m = 0.0203826 * milk_ml_m3}, surfaces, geometry, most)
-                               .Mean(camera.X_HC.p, camera.X_HC.q * ray_C.normalized(), walks,
-                                     SeedTree(1).Stream("walks"));
+  const SeenLight walked =
+      PhotonWalk({.b_per_m = WaterParams{}.milk_scattering_m2_ml[1] * milk_ml_m3}, surfaces,
+                 geometry, most)
+          .Mean(camera.X_HC.p, camera.X_HC.q * ray_C.normalized(), walks,
+                SeedTree(1).Stream("walks"));
   const SeenLight model = Modelled(milk_ml_m3, surfaces, geometry, multiple, pixel);
   const double veil = model.veil / walked.veil, marker = model.marker / walked.marker;
   return {veil, marker};
@@ -198,7 +200,7 @@ TEST(PhotonWalk, ModelAgainstAllTurns) {
   for (const auto& c : cases)
     for (const Geometry& geometry : {kBeside, kBehind})
       for (const Vector3d& p_MQ : {kBall, kBox}) {
-        const Ratios r = Compare(c.milk_ml_m3, c.distance_m, p_MQ, geometry, true, 20000, 1000);
+        const Ratios r = Compare(c.milk_ml_m3, c.distance_m, p_MQ, geometry, true, 100000, 1000);
         EXPECT_NEAR(r.veil, 1, c.bound) << geometry.name << " " << c.milk_ml_m3;
         EXPECT_NEAR(r.marker, 1, c.bound) << geometry.name << " " << c.milk_ml_m3;
       }

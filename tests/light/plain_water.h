@@ -114,8 +114,9 @@ class PlainWater {
     const Eigen::Vector3d p_HBall = X_HS[ball.geom].p;
     const double foot_m = u_H.dot(p_HBall - p_HC), offset_m = (p_HBall - p_HC).cross(u_H).norm();
     const auto lit = [&](double t0_m, double t1_m, int samples) {
-      return light::HaloAlongRay(medium_, halo_loss_per_m_, ball.glow, foot_m, offset_m,
-                                 {t0_m, t1_m}, samples);
+      const light::Glow seen = light::SeenFrom((p_HBall - p_HC).norm(), medium_, ball.glow);
+      return light::HaloAlongRay(medium_, halo_loss_per_m_, seen, foot_m, offset_m, {t0_m, t1_m},
+                                 samples);
     };
     int box = -1;
     for (size_t i = 0; i < surfaces_.size(); ++i)

@@ -44,6 +44,8 @@ TEST(OpticsParams, DefaultsAreValidAndBadOnesNameTheKey) {
 TEST(MakeMedium, AddsMilkToTheBackground) {
   WaterParams params;
   params.milk_ml_m3 = 100;
+  params.milk_scattering_m2_ml = {0.0182052, 0.0203826, 0.0223698};
+  params.milk_asymmetry = {0.750, 0.714, 0.681};
   const Medium pool = MakeMedium(params);
   EXPECT_TRUE(pool.scattering_per_m.isApprox(Rgb(1.82052, 2.03826, 2.23698)));
   EXPECT_TRUE(pool.asymmetry.isApprox(Rgb(0.750, 0.714, 0.681)));
