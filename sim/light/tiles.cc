@@ -11,7 +11,8 @@ namespace turbidock::light {
 namespace {
 
 constexpr int kCell = SurfacePyramid::kCell_px;
-static_assert((kCell & (kCell - 1)) == 0, "PointAt finds the lattice by masks");
+constexpr int kCellShift = std::countr_zero(static_cast<unsigned>(kCell));
+static_assert(kCell == 1 << kCellShift, "PointAt finds the lattice by masks");
 constexpr uint16_t kMixed = SurfacePyramid::kMixed;
 
 // The smallest and largest id in each cell of a row of cells.
@@ -55,24 +56,24 @@ template <int kWidth, int kTimes = 1>
                                                 int row_to, ptrdiff_t stride, bool add,
                                                 float* out) {
   using V = Values<kWidth>;
-  V top[kTimes], down[kTimes];
+  V light[kTimes], down[kTimes];
   for (int part = 0; part < kTimes; ++part) {
     V x;
     for (int i = 0; i < kWidth; ++i) x[i] = static_cast<float>(part * kWidth + i);
     x += static_cast<float>(first);
-    top[part] = at.upper + x * at.upper_right;
-    down[part] = (at.lower + x * at.lower_right - top[part]) * at.per_row;
+    const V top = at.upper + x * at.upper_right;
+    down[part] = (at.lower + x * at.lower_right - top) * at.per_row;
+    light[part] = top + static_cast<float>(row_from) * down[part];
   }
-  V y = V{} + static_cast<float>(row_from);
-  for (int row = row_from; row < row_to; ++row, y += 1.0f, out += stride)
+  for (int row = row_from; row < row_to; ++row, out += stride)
     for (int part = 0; part < kTimes; ++part) {
-      V light = top[part] + y * down[part];
-      V before;
+      V sum = light[part], before;
       if (add) {
         std::memcpy(&before, out + part * kWidth, sizeof before);
-        light += before;
+        sum += before;
       }
-      std::memcpy(out + part * kWidth, &light, sizeof light);
+      std::memcpy(out + part * kWidth, &sum, sizeof sum);
+      light[part] += down[part];
     }
 }
 
@@ -88,11 +89,28 @@ void PaintBilinear(const float* corners /* 4 x 4 */, int u_span, int v_span, int
     const Slopes at = {corners[k], (corners[4 + k] - corners[k]) * per_column, corners[8 + k],
                        (corners[12 + k] - corners[8 + k]) * per_column, per_row};
     int u = 0;
+    for (; u + 32 <= width; u += 32)
+      PaintColumns<8, 4>(at, u, row_from, row_to, stride, add, rgb + u);
     for (; u + 16 <= width; u += 16)
       PaintColumns<8, 2>(at, u, row_from, row_to, stride, add, rgb + u);
+    for (; u + 8 <= width; u += 8) PaintColumns<8>(at, u, row_from, row_to, stride, add, rgb + u);
     for (; u + 4 <= width; u += 4) PaintColumns<4>(at, u, row_from, row_to, stride, add, rgb + u);
     for (; u < width; ++u) PaintColumns<1>(at, u, row_from, row_to, stride, add, rgb + u);
   }
+}
+
+// Light of `count` pixels of a row, a multiple of kWidth.
+template <int kWidth>
+void PaintPixels(const Light* light, int count, int plane, bool add, float* rgb) {
+  for (const Light* end = light + count; light < end; light += kWidth, rgb += kWidth)
+    for (int k = 0; k < 3; ++k) {
+      float* out = rgb + static_cast<ptrdiff_t>(k) * plane;
+      Values<kWidth> sum, before;
+      for (int i = 0; i < kWidth; ++i) sum[i] = light[i][k];
+      std::memcpy(&before, out, sizeof before);
+      if (add) sum += before;
+      std::memcpy(out, &sum, sizeof sum);
+    }
 }
 
 }  // namespace
@@ -141,8 +159,8 @@ void SurfacePyramid::Build(const Image1u16& surface, const PixelRegion& region) 
 }
 
 uint16_t SurfacePyramid::At(int u0, int v0, int size_px) const {
-  const int level = std::countr_zero(static_cast<unsigned>(size_px / kCell));
-  return *levels_[static_cast<size_t>(level)].at(u0 / size_px, v0 / size_px);
+  const int shift = std::countr_zero(static_cast<unsigned>(size_px));
+  return *levels_[static_cast<size_t>(shift - kCellShift)].at(u0 >> shift, v0 >> shift);
 }
 
 void TiledLight::Spread(const Image1u16& surface, const Image1f& depth_m,
@@ -280,7 +298,8 @@ void TiledLight::Consider(int u0, int v0, int size_px) {
 int TiledLight::PointAt(int u, int v) {
   const bool on_lattice = ((u | v) & (kCell - 1)) == 0;
   if (!on_lattice) return OwnPoint(u, v);
-  int& index = lattice_[static_cast<size_t>(v / kCell) * lattice_columns_ + u / kCell];
+  int& index =
+      lattice_[static_cast<size_t>((v >> kCellShift) * lattice_columns_ + (u >> kCellShift))];
   if (index < 0) index = OwnPoint(u, v);
   return index;
 }
@@ -362,12 +381,9 @@ void TiledLight::Paint(int row_begin, int row_end, Mode mode, float* rgb) const 
     } else if (leaf.pixels) {
       const Light* light = &light_[static_cast<size_t>(leaf.corner[0])] +
                            static_cast<ptrdiff_t>(from - leaf.v0) * leaf.width;
-      for (int v = from; v < to; ++v, out += stride)
-        for (float* pixel = out; pixel < out + leaf.width; ++pixel, ++light)
-          for (int k = 0; k < 3; ++k) {
-            float& value = pixel[static_cast<ptrdiff_t>(k) * width_];
-            value = add ? value + (*light)[k] : (*light)[k];
-          }
+      for (int v = from; v < to; ++v, out += stride, light += leaf.width)
+        leaf.width == kCell ? PaintPixels<kCell>(light, kCell, width_, add, out)
+                            : PaintPixels<1>(light, leaf.width, width_, add, out);
     } else {
       float corners[16] = {};
       for (int i = 0; i < 4; ++i)
