@@ -69,7 +69,7 @@ OwnShadow::OwnShadow(const std::vector<Surface>& parts, const Pose& X_HE, const 
 double OwnShadow::OpenAt(const Eigen::Vector3d& e_H) const {
   if (open_.empty()) return 1;
   const Eigen::Vector3f e = e_H.cast<float>();
-  return OpenAt(PlaceOf(y_H_.dot(e), z_H_.dot(e)));
+  return OpenAt(data(), PlaceOf(y_H_.dot(e), z_H_.dot(e)));
 }
 
 Pose PlaceLamp(const Pose& X_HE_of_scene, const LampParams& params) {

@@ -39,13 +39,14 @@ class OwnShadow {
     const int i = static_cast<int>(column), j = static_cast<int>(row);
     return {j * kNodes + i, column - static_cast<float>(i), row - static_cast<float>(j)};
   }
-  // Share of the lens that is seen there; only where any() is true.
-  [[gnu::always_inline]] float OpenAt(Place place) const {
-    const float* n = &open_[static_cast<size_t>(place.node)];
-    const float low = n[0] + place.along_y * (n[1] - n[0]);
-    const float high = n[kNodes] + place.along_y * (n[kNodes + 1] - n[kNodes]);
+  // Share of the lens that is seen there, by a shadow's data; only where any() is true.
+  [[gnu::always_inline]] static float OpenAt(const float* data, Place place) {
+    const int n = place.node;
+    const float low = data[n] + place.along_y * (data[n + 1] - data[n]);
+    const float high = data[n + kNodes] + place.along_y * (data[n + kNodes + 1] - data[n + kNodes]);
     return low + place.along_z * (high - low);
   }
+  const float* data() const { return open_.data(); }
 
  private:
   // The grid: orthographic, so that a step is 1.8 degrees about the axis. The published vehicle's

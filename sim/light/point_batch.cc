@@ -199,31 +199,15 @@ void CosineBeamLoop(Float3 lamp, Float3 axis, float exponent, PointBatch& b) {
   }
 }
 
-struct ShadowPlaces {
-  alignas(64) int node[PointBatch::kSize];
-  alignas(64) PointBatch::Values along_y, along_z;
-};
-
 TURBIDOCK_VECTOR_CLONES
-void ShadowPlacesLoop(Float3 lamp, Float3 axis_y, Float3 axis_z, const PointBatch& b,
-                      ShadowPlaces& places) {
+void OwnShadowLoop(Float3 lamp, Float3 axis_y, Float3 axis_z, const float* __restrict open,
+                   PointBatch& __restrict b) {
   for (int i = 0; i < b.count; ++i) {
     const float x = b.x_m[i] - lamp.x, y = b.y_m[i] - lamp.y, z = b.z_m[i] - lamp.z;
     const float scale = 1.0f / std::sqrt(x * x + y * y + z * z);
-    const OwnShadow::Place place =
-        OwnShadow::PlaceOf(scale * Dot(axis_y, x, y, z), scale * Dot(axis_z, x, y, z));
-    places.node[i] = place.node;
-    places.along_y[i] = place.along_y;
-    places.along_z[i] = place.along_z;
+    b.visible[i] *= OwnShadow::OpenAt(
+        open, OwnShadow::PlaceOf(scale * Dot(axis_y, x, y, z), scale * Dot(axis_z, x, y, z)));
   }
-}
-
-void CastOwnShadow(const OwnShadow& shadow, Float3 lamp, PointBatch& b) {
-  ShadowPlaces places;
-  ShadowPlacesLoop(lamp, Of(shadow.y_H()), Of(shadow.z_H()), b, places);
-  for (int i = 0; i < b.count; ++i)
-    b.visible[i] *=
-        shadow.OpenAt(OwnShadow::Place{places.node[i], places.along_y[i], places.along_z[i]});
 }
 
 TURBIDOCK_VECTOR_CLONES
@@ -407,6 +391,28 @@ void AddSpread(const RayFrame& frame, const Eigen::Vector3f& p_HBall, const Spre
   SpreadLoop(spread.profile.data(), {rgb[0], rgb[1], rgb[2], 0}, count, *batch, light);
 }
 
+Bounds BoundsOf(const PointBatch& batch) {
+  Eigen::Array3f low, high;
+  int axis = 0;
+  for (const float* values : {batch.x_m, batch.y_m, batch.z_m}) {
+    const Eigen::Map<const Eigen::ArrayXf> all(values, batch.count);
+    low[axis] = all.minCoeff();
+    high[axis++] = all.maxCoeff();
+  }
+  return {(low + high) / 2, (high - low).matrix().norm() / 2};
+}
+
+bool MayHide(const Surface& surface, const PlacedSurface& placed, const Eigen::Vector3f& p_HSource,
+             const Bounds& lit) {
+  if (surface.shape == Shape::kPlane) return true;
+  constexpr float kRounding_m = 1e-3f;
+  // all ways to the points run within a cone that is this wide at most
+  const auto reach_m = static_cast<float>(surface.size_m.sum()) + lit.radius_m + kRounding_m;
+  const Eigen::Vector3f way = lit.p_H - p_HSource, to = placed.p_HS - p_HSource;
+  const float t = std::clamp(to.dot(way) / way.squaredNorm(), 0.0f, 1.0f);
+  return (t * way - to).squaredNorm() <= reach_m * reach_m;
+}
+
 void CastShadow(const Surface& surface, const PlacedSurface& placed,
                 const Eigen::Vector3f& p_HSource, PointBatch* batch) {
   const Eigen::Vector3f p_SSource = placed.R_HS.transpose() * (p_HSource - placed.p_HS);
@@ -441,7 +447,9 @@ void AddLampIrradiance(const Lamp& lamp, const Eigen::Array3f& diffuse_per_m, Po
           static_cast<float>(BeamPattern(lamp.beam, lamp.axis_H.dot(p_EQ_H.normalized())));
     }
   }
-  if (lamp.shadow.any()) CastOwnShadow(lamp.shadow, Of(p_HE), *batch);
+  if (lamp.shadow.any())
+    OwnShadowLoop(Of(p_HE), Of(lamp.shadow.y_H()), Of(lamp.shadow.z_H()), lamp.shadow.data(),
+                  *batch);
   LampLoop(Of(p_HE), Of(Eigen::Vector3f(lamp.beam.intensity_w_sr.cast<float>())), Of(diffuse_per_m),
            *batch);
 }

@@ -4,6 +4,7 @@
 // directions are in the head frame H.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 
 #include "sim/base/camera.h"
@@ -24,7 +25,10 @@ struct PointBatch {
   alignas(64) Values x_m, y_m, z_m;                 // where the rays end
   alignas(64) Values normal_x, normal_y, normal_z;  // of the surface there
   alignas(64) Values red, green, blue;              // radiance or irradiance
-  alignas(64) Values visible;                       // 1 where the light at hand gets to, else 0
+  void Darken() {
+    for (float* channel : {red, green, blue}) std::fill_n(channel, count, 0.0f);
+  }
+  alignas(64) Values visible;  // 1 where the light at hand gets to, else 0
   // Of one ball's halo: where in its table the ray begins and ends, and where it enters and leaves
   // the box's shadow. Colours: the factor on what is found there.
   struct Places {
@@ -82,6 +86,16 @@ struct SpreadImage {
 // part that is scattered on that stretch, taken as even along the way. Uses the colours.
 void AddSpread(const RayFrame& frame, const Eigen::Vector3f& p_HBall, const SpreadImage& spread,
                int count, PointBatch* batch, Light* light);
+
+// A ball that holds all of a batch's points.
+struct Bounds {
+  Eigen::Vector3f p_H;
+  float radius_m;
+};
+Bounds BoundsOf(const PointBatch& batch);
+// Whether a solid can stand between some point within bounds and a light at p_HSource.
+bool MayHide(const Surface& surface, const PlacedSurface& placed, const Eigen::Vector3f& p_HSource,
+             const Bounds& lit);
 
 // Dims `visible` to 0 where a solid stands between a point and a light at p_HSource.
 void CastShadow(const Surface& surface, const PlacedSurface& placed,

@@ -108,8 +108,7 @@ void Reflectors::Illuminate(const SurfaceTable& surfaces, std::span<const Placed
       SetPoint({batch->x_m[0], batch->y_m[0], batch->z_m[0]},
                {batch->normal_x[0], batch->normal_y[0], batch->normal_z[0]}, i, batch);
     batch->count = PointBatch::kVector;
-    for (auto* channel : {batch->red, batch->green, batch->blue})
-      std::fill_n(channel, PointBatch::kVector, 0.0f);
+    batch->Darken();
     for (const Lamp& lamp : lamps) {
       std::fill_n(batch->visible, PointBatch::kVector, 1.0f);
       for (const int geom : casters)

@@ -45,11 +45,8 @@ SpreadBall SpreadOf(const ForwardPeak& peak, const BallLightParams& lights, doub
 // With the last point, to a whole vector.
 void FillUp(int count, PointBatch* batch) {
   batch->count = (count + PointBatch::kVector - 1) / PointBatch::kVector * PointBatch::kVector;
-  for (int i = count; i < batch->count; ++i) {
-    batch->u_px[i] = batch->u_px[count - 1];
-    batch->v_px[i] = batch->v_px[count - 1];
-    batch->depth_m[i] = batch->depth_m[count - 1];
-  }
+  for (float* values : {batch->u_px, batch->v_px, batch->depth_m})
+    std::fill(values + count, values + batch->count, values[count - 1]);
 }
 
 }  // namespace
@@ -231,8 +228,7 @@ void Water::IrradianceFromAllSides(std::span<const Eigen::Vector3f> p_HQ,
       const Eigen::Vector3f& p = part[static_cast<size_t>(std::min(i, count - 1))];
       batch.x_m[i] = p.x(), batch.y_m[i] = p.y(), batch.z_m[i] = p.z();
     }
-    for (auto* channel : {batch.red, batch.green, batch.blue})
-      std::fill_n(channel, batch.count, 0.0f);
+    batch.Darken();
     const auto face = [&](const Eigen::Vector3f& p_HSource) {
       for (int i = 0; i < batch.count; ++i) {
         const Eigen::Vector3f normal =
@@ -242,17 +238,18 @@ void Water::IrradianceFromAllSides(std::span<const Eigen::Vector3f> p_HQ,
         batch.normal_z[i] = normal.z();
       }
     };
+    const Bounds lit = BoundsOf(batch);
     for (const Lamp& lamp : lamps_) {
       const Eigen::Vector3f p_HE = lamp.p_HE.cast<float>();
       face(p_HE);
-      CastShadows(-1, -1, p_HE, &batch);
+      CastShadows(-1, -1, p_HE, lit, &batch);
       AddLampIrradiance(lamp, lighting_loss_per_m_, &batch);
     }
     for (const LitBall& ball : lit_balls_) {
       if (!IsPresent(ball)) continue;
       const Eigen::Vector3f& p_HBall = placed_[static_cast<size_t>(ball.geom)].p_HS;
       face(p_HBall);
-      CastShadows(-1, ball.geom, p_HBall, &batch);
+      CastShadows(-1, ball.geom, p_HBall, lit, &batch);
       AddBallIrradiance(ball.glow, lighting_loss_per_m_, p_HBall, &batch);
     }
     for (int i = 0; i < count; ++i)
@@ -357,11 +354,10 @@ void Water::ShineFromSurface(const Camera& camera, int geom, PointBatch* batch) 
   const Surface& surface = surfaces_[geom];
   FindRays(camera.rays, batch);
   FindNormals(surface, placed_[static_cast<size_t>(geom)], batch);
-  std::fill_n(batch->red, batch->count, 0.0f);
-  std::fill_n(batch->green, batch->count, 0.0f);
-  std::fill_n(batch->blue, batch->count, 0.0f);
+  batch->Darken();
+  const Bounds bounds = BoundsOf(*batch);
   for (const Lamp& lamp : lamps_) {
-    CastShadows(geom, -1, lamp.p_HE.cast<float>(), batch);
+    CastShadows(geom, -1, lamp.p_HE.cast<float>(), bounds, batch);
     AddLampIrradiance(lamp, lighting_loss_per_m_, batch);
   }
   const LitBall* lit = nullptr;
@@ -372,7 +368,7 @@ void Water::ShineFromSurface(const Camera& camera, int geom, PointBatch* batch) 
     }
     if (!IsPresent(ball)) continue;
     const Eigen::Vector3f& p_HBall = placed_[static_cast<size_t>(ball.geom)].p_HS;
-    CastShadows(geom, ball.geom, p_HBall, batch);
+    CastShadows(geom, ball.geom, p_HBall, bounds, batch);
     AddBallIrradiance(ball.glow, lighting_loss_per_m_, p_HBall, batch);
   }
   if (day_)
@@ -393,11 +389,13 @@ void Water::ShineFromSurface(const Camera& camera, int geom, PointBatch* batch) 
 // Whether the marker stands between lit points and the light. Convex surfaces do not shade
 // themselves.
 void Water::CastShadows(int lit_geom, int source_geom, const Eigen::Vector3f& p_HSource,
-                        PointBatch* batch) const {
+                        const Bounds& lit, PointBatch* batch) const {
   std::fill_n(batch->visible, batch->count, 1.0f);
-  for (const int geom : casters_)
-    if (geom != lit_geom && geom != source_geom)
-      CastShadow(surfaces_[geom], placed_[static_cast<size_t>(geom)], p_HSource, batch);
+  for (const int geom : casters_) {
+    const PlacedSurface& placed = placed_[static_cast<size_t>(geom)];
+    if (geom != lit_geom && geom != source_geom && MayHide(surfaces_[geom], placed, p_HSource, lit))
+      CastShadow(surfaces_[geom], placed, p_HSource, batch);
+  }
 }
 
 // How the forward peak spreads the balls that a camera sees, or some of: parts of the marker may
@@ -427,7 +425,7 @@ void Water::Spread(Camera* camera) {
           p_HBall + r_m * (std::cos(angle_rad) * across + std::sin(angle_rad) * up);
       batch_.x_m[i] = p_HQ.x(), batch_.y_m[i] = p_HQ.y(), batch_.z_m[i] = p_HQ.z();
     }
-    CastShadows(ball.geom, -1, camera->rays.p_HC, &batch_);
+    CastShadows(ball.geom, -1, camera->rays.p_HC, BoundsOf(batch_), &batch_);
     const float seen = std::accumulate(batch_.visible, batch_.visible + batch_.count, 0.0f) /
                        static_cast<float>(batch_.count);
     SpreadImage& spread = camera->spread[k];

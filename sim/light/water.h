@@ -107,7 +107,7 @@ class Water {
   void Spread(Camera* camera);
   void ShineFromWater(const Camera& camera, std::span<const LightPoint> points, Light* light);
   void CastShadows(int lit_geom, int source_geom, const Eigen::Vector3f& p_HSource,
-                   PointBatch* batch) const;
+                   const Bounds& lit, PointBatch* batch) const;
 
   PointBatch batch_;
   OpticsParams params_;
