@@ -1,6 +1,7 @@
 #include "sim/light/marine_snow.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -17,6 +18,9 @@ namespace {
 
 // Particles repeat themselves at this distance; they are seen to half of it.
 constexpr double kCube_m = 3;
+// Particles are sorted by cells of the cube, so many along an axis: blocks of them lie close
+// together, and most are out of sight as a whole.
+constexpr int kCells = 8;
 constexpr float kNearest_m = 0.08f;  // nearer ones would be out of any focus
 // Spread of a point's light over pixels, besides the particle's own size.
 constexpr float kPointSpread_px = 0.4f;
@@ -42,9 +46,20 @@ struct Sight {
     }
     return least;
   }
+  // Whether a box with edges along the axes may hold anything inside.
+  bool Meets(const Eigen::Array3f& middle, const Eigen::Array3f& half) const {
+    for (int k = 0; k < kPlanes; ++k) {
+      float most = d[k];
+      for (int i = 0; i < 3; ++i) most += n[k][i] * middle[i] + std::abs(n[k][i]) * half[i];
+      if (most <= 0) return false;
+    }
+    return true;
+  }
 };
 
-Sight SightOf(const MountedCamera& camera, const PixelRegion& region, double radius_m) {
+// In the frame W about the head.
+Sight SightOf(const MountedCamera& camera, const PixelRegion& region, double radius_m,
+              const Eigen::Matrix3d& R_WH) {
   Sight sight;
   if (region.empty()) return sight;
   // A particle reaches as far as its point spread and its size together, and a pixel to round to.
@@ -59,42 +74,114 @@ Sight SightOf(const MountedCamera& camera, const PixelRegion& region, double rad
       {0, -camera.fy_px, region.row_end - camera.cy_px + reach_px, reach_m}};
   for (int k = 0; k < Sight::kPlanes; ++k) {
     const Eigen::Vector3d n_H = camera.X_HC.R() * planes.row(k).head<3>().transpose();
-    for (int i = 0; i < 3; ++i) sight.n[k][i] = static_cast<float>(n_H[i]);
+    const Eigen::Vector3d n_W = R_WH * n_H;
+    for (int i = 0; i < 3; ++i) sight.n[k][i] = static_cast<float>(n_W[i]);
     sight.d[k] = static_cast<float>(planes(k, 3) - n_H.dot(camera.X_HC.p));
   }
   return sight;
 }
 
 struct Block {
-  static constexpr int kSize = 256;
-  float x_m[kSize], y_m[kSize], z_m[kSize];  // in H
+  static constexpr int kSize = 64;
+  float x_m[kSize], y_m[kSize], z_m[kSize];  // from the head, in W
   int in_sight[kSize];
 };
 
+[[gnu::always_inline]] inline float Wrapped(float x) {
+  constexpr auto kSide_m = static_cast<float>(kCube_m), kHalf_m = kSide_m / 2;
+  return x > kHalf_m ? x - kSide_m : x < -kHalf_m ? x + kSide_m : x;
+}
+
 // Of particles in the cube, their images nearest to the head.
 TURBIDOCK_VECTOR_CLONES
-void FindInSight(const Stereo<Sight>& sights, const float* R_HW, const float* head_m, int count,
+void FindInSight(const Stereo<Sight>& sights, const float* head_m, int count,
                  const float* __restrict x_WF_m, const float* __restrict y_WF_m,
                  const float* __restrict z_WF_m, Block* __restrict block) {
-  constexpr auto kSide_m = static_cast<float>(kCube_m), kHalf_m = kSide_m / 2;
-  const auto wrapped = [](float x) {
-    return x > kHalf_m ? x - kSide_m : x < -kHalf_m ? x + kSide_m : x;
-  };
   // copies, which nothing that is written to can be an alias of
   const Sight left = sights.left, right = sights.right;
-  float r[9];
-  std::copy_n(R_HW, 9, r);
   const float head_x = head_m[0], head_y = head_m[1], head_z = head_m[2];
   for (int i = 0; i < count; ++i) {
-    const float x = wrapped(x_WF_m[i] - head_x), y = wrapped(y_WF_m[i] - head_y),
-                z = wrapped(z_WF_m[i] - head_z);
-    const float x_H = r[0] * x + r[1] * y + r[2] * z, y_H = r[3] * x + r[4] * y + r[5] * z,
-                z_H = r[6] * x + r[7] * y + r[8] * z;
-    block->x_m[i] = x_H;
-    block->y_m[i] = y_H;
-    block->z_m[i] = z_H;
-    const float by_left = left.Inside(x_H, y_H, z_H), by_right = right.Inside(x_H, y_H, z_H);
+    const float x = Wrapped(x_WF_m[i] - head_x), y = Wrapped(y_WF_m[i] - head_y),
+                z = Wrapped(z_WF_m[i] - head_z);
+    block->x_m[i] = x;
+    block->y_m[i] = y;
+    block->z_m[i] = z;
+    const float by_left = left.Inside(x, y, z), by_right = right.Inside(x, y, z);
     block->in_sight[i] = (by_left > 0.0f) | (by_right > 0.0f);
+  }
+}
+
+// Of a particle's cell along an axis.
+int CellAlong(float x_m) {
+  return std::min(static_cast<int>(x_m * (kCells / kCube_m)), kCells - 1);
+}
+
+// Whether any of some particles may be in sight: they lie in the cells from the first one's to the
+// last one's.
+bool MayBeInSight(const Stereo<Sight>& sights, const Eigen::Array3f& head_m, int count,
+                  const std::array<const float*, 3>& p_WF_m) {
+  constexpr auto kHalf_m = static_cast<float>(kCube_m / 2), kRounding_m = 1e-3f;
+  constexpr auto kHalfCell_m = static_cast<float>(kCube_m / kCells / 2);
+  Eigen::Array3f middle, half;
+  bool one = true;  // a single cell along the axes so far
+  for (size_t i = 0; i < 3; ++i) {
+    const int first = CellAlong(p_WF_m[i][0]), last = CellAlong(p_WF_m[i][count - 1]);
+    const int from = one ? first : 0, to = one ? last + 1 : kCells;
+    half[i] = kHalfCell_m * static_cast<float>(to - from) + kRounding_m;
+    middle[i] = Wrapped(kHalfCell_m * static_cast<float>(from + to) - head_m[i]);
+    // some may be at the other end
+    if (std::abs(middle[i]) + half[i] > kHalf_m) middle[i] = 0, half[i] = kHalf_m;
+    one = one && first == last;
+  }
+  return sights.left.Meets(middle, half) || sights.right.Meets(middle, half);
+}
+
+// Images of particles.
+struct Seen {
+  float u_px[Block::kSize], v_px[Block::kSize], sigma_px[Block::kSize], depth_m[Block::kSize];
+  float radiance_w_m2_sr[3][Block::kSize];  // the sum over all pixels
+  int bright[Block::kSize];                 // whether it is seen at all
+};
+
+TURBIDOCK_VECTOR_CLONES
+void FindImages(const MountedCamera& camera, const SnowParams& params,
+                const Eigen::Array3f& extinction_per_m, float faintest_w_m2_sr, int count,
+                const float* __restrict p_HF, const float* __restrict irradiance_w_m2,
+                Seen* __restrict seen) {
+  const Eigen::Matrix3f R_HC = camera.X_HC.R().cast<float>();
+  const Eigen::Vector3f p_HC = camera.X_HC.p.cast<float>();
+  const Eigen::Vector4f lens =
+      Eigen::Vector4d(camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px).cast<float>();
+  const float fx = lens[0], fy = lens[1], cx = lens[2], cy = lens[3];
+  const auto radius_m = static_cast<float>(params.diameter_m / 2);
+  const float half_px = fx * radius_m / 2;
+  // a disc's deviation along an axis is half of its radius; what arrives over the solid angle of a
+  // pixel, cos^3 / f^2
+  const float gain = static_cast<float>(params.albedo) * (radius_m * radius_m / 4) * fx * fy;
+  for (int i = 0; i < count; ++i) {
+    const float x = p_HF[3 * i] - p_HC[0], y = p_HF[3 * i + 1] - p_HC[1],
+                z = p_HF[3 * i + 2] - p_HC[2];
+    const auto along = [&](int axis) {
+      return R_HC(0, axis) * x + R_HC(1, axis) * y + R_HC(2, axis) * z;
+    };
+    const float depth = along(2), per_depth = 1.0f / depth, size = half_px * per_depth;
+    const float range = std::sqrt(x * x + y * y + z * z);
+    const float var = kPointSpread_px * kPointSpread_px + size * size;
+    const float arriving = gain * range * (per_depth * per_depth * per_depth);
+    float most = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+      const float radiance =
+          arriving * irradiance_w_m2[3 * i + k] * ExpMinus(extinction_per_m[k] * range);
+      seen->radiance_w_m2_sr[k][i] = radiance;
+      most = most > radiance ? most : radiance;
+    }
+    seen->u_px[i] = fx * per_depth * along(0) + cx;
+    seen->v_px[i] = fy * per_depth * along(1) + cy;
+    seen->sigma_px[i] = std::sqrt(var);
+    seen->depth_m[i] = depth;
+    // a Gaussian's peak is its sum / (2 pi sigma^2)
+    const float least = faintest_w_m2_sr * 2 * std::numbers::pi_v<float> * var;
+    seen->bright[i] = (most >= least) & (depth >= kNearest_m);
   }
 }
 
@@ -106,9 +193,16 @@ MarineSnow::MarineSnow(const SnowParams& params, double frame_s, uint64_t key)
   const auto count =
       static_cast<size_t>(std::lround(params.particles_per_m3 * kCube_m * kCube_m * kCube_m));
   Rng rng(key, 0);
-  for (size_t i = 0; i < count; ++i)
-    for (std::vector<float>* to : {&x_WF_m_, &y_WF_m_, &z_WF_m_})
-      to->push_back(static_cast<float>(rng.Uniform(0, kCube_m)));
+  std::vector<std::pair<int, std::array<float, 3>>> drawn(count);  // with their cells
+  for (auto& [cell, place] : drawn)
+    for (float& x : place) {
+      x = static_cast<float>(rng.Uniform(0, kCube_m));
+      cell = kCells * cell + CellAlong(x);
+    }
+  std::ranges::sort(drawn);
+  for (const auto& [cell, place] : drawn) {
+    x_WF_m_.push_back(place[0]), y_WF_m_.push_back(place[1]), z_WF_m_.push_back(place[2]);
+  }
   p_HF_.reserve(count);
   irradiance_w_m2_.reserve(count);
   // a speck is in every band that it reaches
@@ -129,19 +223,21 @@ void MarineSnow::Fall(const view::RenderedStereo& seen, const StereoRegion& regi
 
 void MarineSnow::Gather(const Pose& X_WH, const StereoRig& rig, const Eigen::Vector3d& way_m) {
   const double radius_m = params_.diameter_m / 2;
-  const Stereo<Sight> sights{SightOf(rig.left, region_.left, radius_m),
-                             SightOf(rig.right, region_.right, radius_m)};
-  const Eigen::Matrix<float, 3, 3, Eigen::RowMajor> R_HW = X_WH.R().transpose().cast<float>();
+  const Stereo<Sight> sights{SightOf(rig.left, region_.left, radius_m, X_WH.R()),
+                             SightOf(rig.right, region_.right, radius_m, X_WH.R())};
+  const Eigen::Matrix3f R_HW = X_WH.R().transpose().cast<float>();
   const Eigen::Array3d head_m = X_WH.p - way_m;
   const Eigen::Array3f in_cube_m = (head_m - kCube_m * (head_m / kCube_m).floor()).cast<float>();
   p_HF_.clear();
   Block block;
   for (size_t begin = 0; begin < x_WF_m_.size(); begin += Block::kSize) {
     const int count = static_cast<int>(std::min<size_t>(Block::kSize, x_WF_m_.size() - begin));
-    FindInSight(sights, R_HW.data(), in_cube_m.data(), count, &x_WF_m_[begin], &y_WF_m_[begin],
-                &z_WF_m_[begin], &block);
+    const std::array<const float*, 3> p_WF_m = {&x_WF_m_[begin], &y_WF_m_[begin], &z_WF_m_[begin]};
+    if (!MayBeInSight(sights, in_cube_m, count, p_WF_m)) continue;
+    FindInSight(sights, in_cube_m.data(), count, p_WF_m[0], p_WF_m[1], p_WF_m[2], &block);
     for (int i = 0; i < count; ++i)
-      if (block.in_sight[i]) p_HF_.emplace_back(block.x_m[i], block.y_m[i], block.z_m[i]);
+      if (block.in_sight[i])
+        p_HF_.emplace_back(R_HW * Eigen::Vector3f(block.x_m[i], block.y_m[i], block.z_m[i]));
   }
 }
 
@@ -152,50 +248,39 @@ void MarineSnow::Project(Side side, const Water& water) {
   specks.all.clear();
   specks.first_of_band.assign(static_cast<size_t>(camera.height_px / TiledLight::kBandRows) + 1,
                               -1);
-  const Eigen::Matrix3f R_CH = camera.X_HC.R().transpose().cast<float>();
-  const Eigen::Vector3f p_HC = camera.X_HC.p.cast<float>();
   const Eigen::Array3f extinction_per_m = water.medium().extinction_per_m().cast<float>();
   const float faintest_w_m2_sr =
       kFaintest * static_cast<float>(water.shading().absolute_tolerance_w_m2_sr);
-  const auto radius_m = static_cast<float>(params_.diameter_m / 2);
-  const auto fx_px = static_cast<float>(camera.fx_px), fy_px = static_cast<float>(camera.fy_px);
-  const auto sigma_px = [&](float z_m) {
-    // a disc's deviation along an axis is half of its radius
-    return std::hypot(kPointSpread_px, fx_px * radius_m / (2 * z_m));
-  };
-  weights_.resize(
-      std::max(weights_.size(), static_cast<size_t>(4 * ReachOf(sigma_px(kNearest_m)) + 2)));
-  for (size_t i = 0; i < p_HF_.size(); ++i) {
-    const Eigen::Vector3f p_CF = R_CH * (p_HF_[i] - p_HC);
-    const float z_m = p_CF.z();
-    if (z_m < kNearest_m) continue;
-    Speck speck{.u_px = fx_px * p_CF.x() / z_m + static_cast<float>(camera.cx_px),
-                .v_px = fy_px * p_CF.y() / z_m + static_cast<float>(camera.cy_px),
-                .sigma_px = sigma_px(z_m),
-                .depth_m = z_m};
-    speck.reach_px = ReachOf(speck.sigma_px);
-    speck.column = static_cast<int>(std::floor(speck.u_px + 0.5f));
-    speck.row = static_cast<int>(std::floor(speck.v_px + 0.5f));
-    if (speck.column + speck.reach_px < region.column_begin ||
-        speck.column - speck.reach_px >= region.column_end)
-      continue;
-    const float range_m = p_CF.norm();
-    // what arrives over the solid angle of a pixel, cos^3 / f^2
-    const Eigen::Array3f intensity_w_sr =
-        static_cast<float>(params_.albedo) * irradiance_w_m2_[i] * (radius_m * radius_m / 4);
-    speck.radiance_w_m2_sr = intensity_w_sr * (-extinction_per_m * range_m).exp() *
-                             (fx_px * fy_px * range_m / (z_m * z_m * z_m));
-    // a Gaussian's peak is its sum / (2 pi sigma^2)
-    if (speck.radiance_w_m2_sr.maxCoeff() <
-        faintest_w_m2_sr * 2 * std::numbers::pi_v<float> * speck.sigma_px * speck.sigma_px)
-      continue;
-    const int first = std::max(region.row_begin, speck.row - speck.reach_px),
-              last = std::min(region.row_end - 1, speck.row + speck.reach_px);
-    for (int band = first / TiledLight::kBandRows;
-         first <= last && band <= last / TiledLight::kBandRows; ++band) {
-      int& newest = specks.first_of_band[static_cast<size_t>(band)];
-      speck.next = std::exchange(newest, static_cast<int>(specks.all.size()));
-      specks.all.push_back(speck);
+  const double largest_px =
+      std::hypot(kPointSpread_px, camera.fx_px * params_.diameter_m / (4 * kNearest_m));
+  weights_.resize(std::max(weights_.size(),
+                           static_cast<size_t>(4 * ReachOf(static_cast<float>(largest_px)) + 6)));
+  Seen seen;
+  for (size_t begin = 0; begin < p_HF_.size(); begin += Block::kSize) {
+    const int count = static_cast<int>(std::min<size_t>(Block::kSize, p_HF_.size() - begin));
+    FindImages(camera, params_, extinction_per_m, faintest_w_m2_sr, count, p_HF_[begin].data(),
+               irradiance_w_m2_[begin].data(), &seen);
+    for (int i = 0; i < count; ++i) {
+      if (!seen.bright[i]) continue;
+      Speck speck{.u_px = seen.u_px[i],
+                  .v_px = seen.v_px[i],
+                  .sigma_px = seen.sigma_px[i],
+                  .depth_m = seen.depth_m[i]};
+      for (int k = 0; k < 3; ++k) speck.radiance_w_m2_sr[k] = seen.radiance_w_m2_sr[k][i];
+      speck.reach_px = ReachOf(speck.sigma_px);
+      speck.column = static_cast<int>(std::floor(speck.u_px + 0.5f));
+      speck.row = static_cast<int>(std::floor(speck.v_px + 0.5f));
+      if (speck.column + speck.reach_px < region.column_begin ||
+          speck.column - speck.reach_px >= region.column_end)
+        continue;
+      const int first = std::max(region.row_begin, speck.row - speck.reach_px),
+                last = std::min(region.row_end - 1, speck.row + speck.reach_px);
+      for (int band = first / TiledLight::kBandRows;
+           first <= last && band <= last / TiledLight::kBandRows; ++band) {
+        int& newest = specks.first_of_band[static_cast<size_t>(band)];
+        speck.next = std::exchange(newest, static_cast<int>(specks.all.size()));
+        specks.all.push_back(speck);
+      }
     }
   }
 }
