@@ -37,12 +37,14 @@ TURBIDOCK_VECTOR_CLONES
 void PaintAlone(const PlaneRow& row, int first, int last, uint16_t* __restrict surface,
                 float* __restrict nearness) {
   const auto [begin, end, at_zero, per_column, id] = row;
-  for (int u = first; u < last; ++u) {
-    const float here = at_zero + per_column * static_cast<float>(u);
-    const bool seen = u >= begin && u < end;
-    nearness[u] = seen ? here : 0.0f;
-    surface[u] = seen ? id : uint16_t{0};
-  }
+  const auto nothing = [&](int from, int to) {
+    std::fill(nearness + from, nearness + to, 0.0f);
+    std::fill(surface + from, surface + to, uint16_t{0});
+  };
+  nothing(first, begin);
+  for (int u = begin; u < end; ++u) nearness[u] = at_zero + per_column * static_cast<float>(u);
+  std::fill(surface + begin, surface + end, id);
+  nothing(end, last);
 }
 
 }  // namespace
@@ -90,7 +92,7 @@ void PaintPlane(const SeenPlane& plane, const PixelRegion& region, Onto onto, Im
     narrow(1 - near_at_zero, -plane.nearness[1]);
     for (const Vector3d& within : plane.within) narrow(in_row(within), within[1]);
     begin = std::min<double>(begin, region.column_end);
-    end = std::max<double>(end + 1, region.column_begin);
+    end = std::max<double>(end + 1, begin);
     const PlaneRow row = {static_cast<int>(begin), static_cast<int>(end),
                           static_cast<float>(near_at_zero), static_cast<float>(plane.nearness[1]),
                           plane.surface};
