@@ -52,22 +52,22 @@ struct WaterParams {
   bool surface_halos = true;
 
   static void Fields(auto& self, auto&& field) {
-    field("background", self.background, Finite(), "water before milk is added");
-    field("milk_ml_m3", self.milk_ml_m3, InRange(0, kMaxMilk_ml_m3), "milk in the water");
+    field("background", self.background, Finite(), "the water without milk: what it absorbs and scatters");
+    field("milk_ml_m3", self.milk_ml_m3, InRange(0, kMaxMilk_ml_m3), "milk in the water, ml in a cubic metre");
     field("scattering_scale", self.scattering_scale, InRange(0.1, 3),
           "factor on the milk's scattering: sort of milk, 0.75 to 1.3 in the literature");
     field("milk_scattering_m2_ml", self.milk_scattering_m2_ml, InRange(0, 1),
-          "scattering (1/m) of 1 ml/m^3 of milk, by channel");
+          "scattering coefficient (1/m) that 1 ml/m^3 of milk adds, for red, green and blue");
     field("milk_asymmetry", self.milk_asymmetry, InRange(-0.99, 0.99),
-          "mean cosine of scattering by milk");
+          "mean cosine of the angle by which milk scatters, for red, green and blue");
     field("absorption_per_m", self.absorption_per_m, InRange(0, 20),
-          "absorption of the custom background, by channel");
+          "absorption (1/m) of water whose background is custom, for red, green and blue");
     field("scattering_per_m", self.scattering_per_m, InRange(0, 20),
-          "scattering of the custom background, by channel");
+          "scattering (1/m) of water whose background is custom, for red, green and blue");
     field("asymmetry", self.asymmetry, InRange(-0.99, 0.99),
-          "mean cosine of scattering by the custom background");
+          "mean cosine of the angle by which water whose background is custom scatters");
     field("multiple_scattering", self.multiple_scattering, Finite(),
-          "whether light that scatters more than once counts; if not, single scattering alone");
+          "whether water scatters light more than once");
     field("port_m", self.port_m, InRange(0, 0.2),
           "distance in front of the camera at which the water begins");
     field("surface_halos", self.surface_halos, Finite(),
@@ -103,8 +103,8 @@ struct LampParams {
   static void Fields(auto& self, auto&& field) {
     field("enabled", self.enabled, Finite(), "whether the vehicle's lamps shine");
     field("intensity_w_sr", self.intensity_w_sr, InRange(0, 1000),
-          "radiant intensity of a lamp on its axis, by channel");
-    field("beam", self.beam, Finite(), "law by which a lamp's intensity falls off its axis");
+          "radiant intensity of a lamp on its axis, for red, green and blue");
+    field("beam", self.beam, Finite(), "how a lamp's intensity falls with the angle from its axis");
     field("cosine_exponent", self.cosine_exponent, InRange(0, 200),
           "exponent m of a lamp's cos^m beam");
     field("cone_half_angle_rad", self.cone_half_angle_rad, InRange(0.02, 1.57),
@@ -129,7 +129,7 @@ struct BallLight {
   static void Fields(auto& self, auto&& field) {
     field("name", self.name, Finite(), "name of a lit ball, as in the scene");
     field("color", self.color, InRange(0, 1),
-          "colour of a lit ball as the camera's channels see it, relative");
+          "share of a lit ball's light that the camera's red, green and blue channels see");
     field("current_factor", self.current_factor, InRange(0, 20),
           "LED current relative to the published one (red 5.7, green and blue 3.4 mA)");
   }
@@ -173,9 +173,9 @@ struct ShadingParams {
           "largest tile of surface that is interpolated from its corners, rounded down to a power "
           "of two; 1 computes every pixel");
     field("relative_tolerance", self.relative_tolerance, InRange(0, 0.2),
-          "error allowed in a tile's middle, relative to the radiance");
+          "error allowed in a tile's middle, as a share of the radiance there");
     field("absolute_tolerance_w_m2_sr", self.absolute_tolerance_w_m2_sr, InRange(0, 1),
-          "error allowed in a tile's middle, added to the relative one");
+          "error allowed in a tile's middle, besides relative_tolerance");
   }
 };
 
@@ -186,7 +186,7 @@ struct OpticsParams {
   ShadingParams shading;
 
   static void Fields(auto& self, auto&& field) {
-    field("water", self.water, Finite(), "what the water does to light");
+    field("water", self.water, Finite(), "water: what it absorbs and scatters");
     field("lamps", self.lamps, Finite(), "the vehicle's lamps");
     field("ball_lights", self.ball_lights, Finite(), "the light in the marker's balls");
     field("shading", self.shading, Finite(), "how exactly light is computed");

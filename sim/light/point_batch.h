@@ -25,10 +25,7 @@ struct PointBatch {
   alignas(64) Values x_m, y_m, z_m;                 // where the rays end
   alignas(64) Values normal_x, normal_y, normal_z;  // of the surface there
   alignas(64) Values red, green, blue;              // radiance or irradiance
-  void Darken() {
-    for (float* channel : {red, green, blue}) std::fill_n(channel, count, 0.0f);
-  }
-  alignas(64) Values visible;  // 1 where the light at hand gets to, else 0
+  alignas(64) Values visible;                       // 1 where the light at hand gets to, else 0
   // Of one ball's halo: where in its table the ray begins and ends, and where it enters and leaves
   // the box's shadow. Colours: the factor on what is found there.
   struct Places {
@@ -42,6 +39,10 @@ struct PointBatch {
   // Of the ray's point nearest to the ball: how far along the ray, how far from the ball's centre
   // (at least the radius).
   alignas(64) Values foot_m, offset_m;
+
+  void Darken() {
+    for (float* channel : {red, green, blue}) std::fill_n(channel, count, 0.0f);
+  }
 };
 
 // Rays of a camera's pixels.
