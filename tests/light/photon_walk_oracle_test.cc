@@ -63,75 +63,64 @@ class PhotonWalk {
     return hit;
   }
 
-  // Of all lamps at p: Sum I(alpha) / d^2 exp(-c d) share(direction of the light). `left`: the
-  // share of that which is left to walks that meet the lens (of 17 mm) by themselves.
-  double FromLamps(const Vector3d& p, auto&& share, auto&& left) const {
-    double sum = 0;
-    for (const Vector3d& lamp : lamps_) {
-      const double d_m = std::max(kLens_m, (p - lamp).norm());
-      const Vector3d e = (p - lamp) / d_m;
-      const double weight = e.x() > 0 ? share(e) : 0;
-      if (weight > 0 && Hit(p, -e).second > d_m)
-        sum += weight * (1 - left(weight, d_m)) * std::pow(e.x(), exponent_) / (d_m * d_m) *
-               std::exp(-milk_.c_per_m() * d_m);
-    }
-    return sum;
+  // Of a lamp at p: I(alpha) / d^2 exp(-c d) share(direction of the light).
+  double FromLamp(const Vector3d& lamp, const Vector3d& p, auto&& share) const {
+    // a lens of 17 mm, not a point
+    const double d_m = std::max(kLens_m, (p - lamp).norm());
+    const Vector3d e = (p - lamp) / d_m;
+    const double weight = e.x() > 0 ? share(e) : 0;
+    if (weight <= 0 || Hit(p, -e).second <= d_m) return 0;
+    return weight * std::pow(e.x(), exponent_) / (d_m * d_m) * std::exp(-milk_.c_per_m() * d_m);
   }
 
-  // The share of light that walks find by meeting a lens: by how much likelier they find it so
-  // (balance heuristic: Veach & Guibas 1995).
-  static double ByChance(double density_per_sr, double d_m) {
-    const double solid_angle_sr = kPi * kLens_m * kLens_m / (d_m * d_m);
-    return density_per_sr * solid_angle_sr / (1 + density_per_sr * solid_angle_sr);
+  double Phase(double cosine) const {
+    const double g = milk_.g;
+    return (1 - g * g) / (4 * kPi) * std::pow(1 + g * g - 2 * g * cosine, -1.5);
   }
 
-  // Of the lamps whose lens a walk meets that turned at p into u with that density.
-  double Met(const Vector3d& p, const Vector3d& u, double density_per_sr) const {
+  // What the water on the first `range_m` of a ray scatters into it: for each lamp, of one place,
+  // drawn evenly in the angle at which the lamp sees it (Kulla & Fajardo 2012). Places drawn by how
+  // far light goes seldom come near a lamp, and count for much if they do.
+  double AlongRay(const Vector3d& p, const Vector3d& u, double range_m, Rng* rng) const {
     double sum = 0;
     for (const Vector3d& lamp : lamps_) {
-      const Vector3d to = lamp - p;
-      const double d_m = to.norm(), along = to.dot(u);
-      if (d_m <= kLens_m || along <= 0 || u.x() >= 0 ||
-          to.squaredNorm() - along * along > kLens_m * kLens_m || Hit(p, u).second < d_m)
-        continue;
-      const Vector3d e = -to / d_m;
-      if (e.x() > 0)
-        sum += ByChance(density_per_sr, d_m) * std::pow(e.x(), exponent_) /
-               (kPi * kLens_m * kLens_m) * std::exp(-milk_.c_per_m() * d_m);
+      const double foot_m = (lamp - p).dot(u);
+      const double offset_m = std::max(kLens_m, (lamp - p - foot_m * u).norm());
+      const double first_rad = std::atan2(-foot_m, offset_m);
+      const double angles_rad = std::atan2(range_m - foot_m, offset_m) - first_rad;
+      const double tangent = std::tan(first_rad + angles_rad * rng->Uniform());
+      const double along_m = foot_m + offset_m * tangent;
+      const double density_per_m = 1 / (angles_rad * offset_m * (1 + tangent * tangent));
+      sum += std::exp(-milk_.c_per_m() * along_m) / density_per_m *
+             FromLamp(lamp, p + along_m * u, [&](const Vector3d& e) { return Phase(-e.dot(u)); });
     }
-    return sum;
+    return milk_.b_per_m * sum;
   }
 
   void Walk(Vector3d p, Vector3d u, Rng* rng, SeenLight* sum) const {
+    constexpr double kFarthest_m = 100;
     double weight = 1;
     bool touched = false;
     for (int turn = 0; turn < most_ && weight > 0; ++turn) {
       const auto [surface, range_m] = Hit(p, u);
+      (touched ? sum->marker : sum->veil) +=
+          weight * AlongRay(p, u, std::min(range_m, kFarthest_m), rng);
       const double free_m = -std::log(1 - rng->Uniform()) / milk_.c_per_m();
       p += std::min(free_m, range_m) * u;
       if (free_m < range_m) {
         weight *= milk_.b_per_m / milk_.c_per_m();
         const double g = milk_.g;
-        const auto phase = [&](double cosine) {
-          return (1 - g * g) / (4 * kPi) * std::pow(1 + g * g - 2 * g * cosine, -1.5);
-        };
-        double& found = touched ? sum->marker : sum->veil;
-        found += weight * FromLamps(
-                              p, [&](const Vector3d& e) { return phase(-e.dot(u)); }, ByChance);
         const double q = (1 - g * g) / (1 - g + 2 * g * rng->Uniform());
-        const double cosine = (1 + g * g - q * q) / (2 * g);
-        u = Turned(u, cosine, rng);
-        found += weight * Met(p, u, phase(cosine));
+        u = Turned(u, (1 + g * g - q * q) / (2 * g), rng);
       } else {
         touched = true;
         const Surface& s = surfaces_[static_cast<size_t>(surface)];
         const Vector3d n = Normal(s, p - s.X_AS.p);
         p += 1e-9 * n;
         weight *= s.albedo[1];
-        sum->marker += weight / kPi *
-                       FromLamps(
-                           p, [&](const Vector3d& e) { return -e.dot(n); },
-                           [](double, double) { return 0.0; });
+        for (const Vector3d& lamp : lamps_)
+          sum->marker +=
+              weight / kPi * FromLamp(lamp, p, [&](const Vector3d& e) { return -e.dot(n); });
         u = Turned(n, std::sqrt(rng->Uniform()), rng);
       }
       if (weight < 0.1) weight = rng->Uniform() < weight / 0.1 ? 0.1 : 0;
