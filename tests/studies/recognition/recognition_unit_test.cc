@@ -327,7 +327,7 @@ TEST(ImageSheet, ImagesCanBeCompared) {
       for (int u = 0; u < 240; ++u) green.push_back(sheet.at(90 + 496 * column + u, v)[1]);
     return *statistics::Quantile(std::move(green), 0.1);
   };
-  EXPECT_GT(veil(1), 2 * veil(0));
+  EXPECT_GT(veil(1), 1.5 * veil(0));
 }
 
 TEST(RecognizeCommand, PrintsTheDocumentedKeys) {
