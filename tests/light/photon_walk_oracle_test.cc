@@ -219,11 +219,15 @@ TEST(PhotonWalk, OfOneTurnIsSingleScattering) {
 TEST(PhotonWalk, ModelAgainstAllTurns) {
   const struct {
     double distance_m, milk_ml_m3, bound;
-  } cases[] = {{0.4, 20, 0.15}, {0.4, 60, 0.15}, {0.4, 119, 0.25}, {1, 20, 0.15}};
+    int walks;
+  } cases[] = {{0.4, 20, 0.15, 40000},
+               {0.4, 60, 0.15, 160000},
+               {0.4, 119, 0.25, 160000},
+               {1, 20, 0.15, 40000}};
   for (const auto& c : cases)
     for (const Geometry& geometry : {kBeside, kBehind})
       for (const Vector3d& p_MQ : {kBall, kBox}) {
-        const Ratios r = Compare(c.milk_ml_m3, c.distance_m, p_MQ, geometry, true, 40000, 1000);
+        const Ratios r = Compare(c.milk_ml_m3, c.distance_m, p_MQ, geometry, true, c.walks, 1000);
         EXPECT_NEAR(r.veil, 1, c.bound) << geometry.name << " " << c.milk_ml_m3;
         EXPECT_NEAR(r.marker, 1, c.bound) << geometry.name << " " << c.milk_ml_m3;
       }
