@@ -52,8 +52,10 @@ struct WaterParams {
   bool surface_halos = true;
 
   static void Fields(auto& self, auto&& field) {
-    field("background", self.background, Finite(), "the water without milk: what it absorbs and scatters");
-    field("milk_ml_m3", self.milk_ml_m3, InRange(0, kMaxMilk_ml_m3), "milk in the water, ml in a cubic metre");
+    field("background", self.background, Finite(),
+          "the water without milk: what it absorbs and scatters");
+    field("milk_ml_m3", self.milk_ml_m3, InRange(0, kMaxMilk_ml_m3),
+          "milk in the water, ml in a cubic metre");
     field("scattering_scale", self.scattering_scale, InRange(0.1, 3),
           "factor on the milk's scattering: sort of milk, 0.75 to 1.3 in the literature");
     field("milk_scattering_m2_ml", self.milk_scattering_m2_ml, InRange(0, 1),
@@ -104,7 +106,8 @@ struct LampParams {
     field("enabled", self.enabled, Finite(), "whether the vehicle's lamps shine");
     field("intensity_w_sr", self.intensity_w_sr, InRange(0, 1000),
           "radiant intensity of a lamp on its axis, for red, green and blue");
-    field("beam", self.beam, Finite(), "how a lamp's intensity falls with the angle from its axis");
+    field("beam", self.beam, Finite(),
+          "shape of a lamp's beam: fall of its intensity with the angle from its axis");
     field("cosine_exponent", self.cosine_exponent, InRange(0, 200),
           "exponent m of a lamp's cos^m beam");
     field("cone_half_angle_rad", self.cone_half_angle_rad, InRange(0.02, 1.57),

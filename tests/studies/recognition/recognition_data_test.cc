@@ -42,26 +42,28 @@ TableComparison CompareWithPublished(MarkerKind marker) {
   return Compare(Recognize(plan, {.seconds = 1, .jobs = {.workers = 2}}), table).value();
 }
 
-void ExpectAreasAndLoss(const TableComparison& c, double least_areas, double accepted_loss) {
+void ExpectAreasAndLoss(const TableComparison& c, double least_areas, double accepted_loss,
+                        const std::vector<double>& distances_m) {
   EXPECT_GE(c.area_agreement, least_areas);
   ASSERT_EQ(c.loss_by_distance_m.size(), 3u);
-  for (const auto& [distance_m, loss] : c.loss_by_distance_m) {
-    ASSERT_TRUE(loss.ratio()) << distance_m;
-    if (distance_m == 0.8) continue;
-    EXPECT_NEAR(*loss.ratio(), 1, accepted_loss) << distance_m;
+  for (const double distance_m : distances_m) {
+    const auto ratio = c.loss_by_distance_m.at(distance_m).ratio();
+    ASSERT_TRUE(ratio) << distance_m;
+    EXPECT_NEAR(*ratio, 1, accepted_loss) << distance_m;
   }
 }
 
+// At 400 mm the table ends before the simulated marker is lost.
 TEST(ShippedOptics, RecogniseTheActiveMarkerAsPublished) {
   const TableComparison c = CompareWithPublished(MarkerKind::kActive);
-  ExpectAreasAndLoss(c, 0.9, 0.12);
+  ExpectAreasAndLoss(c, 0.9, 0.16, {0.8, 1.0});
   EXPECT_LE(c.rmse, 0.07);
 }
 
 TEST(ShippedOptics, RecogniseThePassiveMarkerAsPublished) {
   const TableComparison c = CompareWithPublished(MarkerKind::kPassive);
-  ExpectAreasAndLoss(c, 0.85, 0.2);
-  EXPECT_LE(c.rmse, 0.12);
+  ExpectAreasAndLoss(c, 0.88, 0.1, {0.4, 0.8, 1.0});
+  EXPECT_LE(c.rmse, 0.1);
 }
 
 }  // namespace
