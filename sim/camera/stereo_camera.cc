@@ -23,10 +23,9 @@ StereoCamera::StereoCamera(light::Water water, ImageSensor sensor, const AutoExp
       lens_(std::move(lens)) {}
 
 StereoCamera::StereoCamera(const CameraParams& params, const StereoRig& rig,
-                           light::SurfaceTable surfaces, std::vector<Pose> X_HE, double frame_s,
-                           const SeedTree& seeds)
-    : StereoCamera(params, light::Water(params.optics, rig, std::move(surfaces), std::move(X_HE)),
-                   frame_s, seeds) {}
+                           const light::SurfaceTable& surfaces, const std::vector<Pose>& X_HE,
+                           double frame_s, const SeedTree& seeds)
+    : StereoCamera(params, light::Water(params.optics, rig, surfaces, X_HE), frame_s, seeds) {}
 
 StereoCamera::StereoCamera(const CameraParams& params, light::Water water, double frame_s,
                            const SeedTree& seeds)

@@ -29,8 +29,9 @@ class StereoCamera {
   // The cameras of a rig in front of these surfaces, with the lamps at X_HE (in the camera head).
   // `frame_s` between images. Noise and snow are drawn from the streams "camera.left",
   // "camera.right" and "snow".
-  StereoCamera(const CameraParams& params, const StereoRig& rig, light::SurfaceTable surfaces,
-               std::vector<Pose> X_HE, double frame_s, const SeedTree& seeds);
+  StereoCamera(const CameraParams& params, const StereoRig& rig,
+               const light::SurfaceTable& surfaces, const std::vector<Pose>& X_HE, double frame_s,
+               const SeedTree& seeds);
   // The same with the water made already.
   StereoCamera(const CameraParams& params, light::Water water, double frame_s,
                const SeedTree& seeds);

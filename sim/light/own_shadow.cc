@@ -36,10 +36,14 @@ bool IsInTheWay(const Surface& part, const Pose& X_HE, const StereoRig& rig) {
   for (const MountedCamera* camera : {&rig.left, &rig.right})
     for (int row = 0; row <= kSteps; ++row)
       for (int column = 0; column <= kSteps; ++column) {
-        const Eigen::Vector3d ray_C = camera->RayAt(column * (camera->width_px - 1) / kSteps,
-                                                    row * (camera->height_px - 1) / kSteps);
-        for (double depth_m = 0.05; depth_m < kFar_m; depth_m *= 1.5)
+        const int u = column * (camera->width_px - 1) / kSteps;
+        const int v = row * (camera->height_px - 1) / kSteps;
+        const Eigen::Vector3d ray_C = camera->RayAt(u, v);
+        double depth_m = 0.05;
+        while (depth_m < kFar_m) {
           if (Hides(part, X_HE.p, camera->X_HC * (depth_m * ray_C).eval())) return true;
+          depth_m *= 1.5;
+        }
       }
   return false;
 }

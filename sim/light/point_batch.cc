@@ -281,6 +281,7 @@ void SpreadPlacesLoop(Float3 to_ball, float radius_m, float per_way, PointBatch&
 }
 
 TURBIDOCK_VECTOR_CLONES
+// NOLINTNEXTLINE(performance-unnecessary-value-param): stays in a register
 void SpreadLoop(const float* profile, Light intensity, int count, const PointBatch& b,
                 Light* light) {
   for (int i = 0; i < count; ++i) {

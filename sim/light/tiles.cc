@@ -298,8 +298,8 @@ void TiledLight::Consider(int u0, int v0, int size_px) {
 int TiledLight::PointAt(int u, int v) {
   const bool on_lattice = ((u | v) & (kCell - 1)) == 0;
   if (!on_lattice) return OwnPoint(u, v);
-  int& index =
-      lattice_[static_cast<size_t>((v >> kCellShift) * lattice_columns_ + (u >> kCellShift))];
+  const int place = (v >> kCellShift) * lattice_columns_ + (u >> kCellShift);
+  int& index = lattice_[static_cast<size_t>(place)];
   if (index < 0) index = OwnPoint(u, v);
   return index;
 }

@@ -15,7 +15,7 @@ import turbidock
 def encoder(file: Path, width: int, height: int, fps: float) -> "subprocess.Popen[bytes]":
     return subprocess.Popen(
         ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}",
-         "-r", str(fps), "-i", "-", "-preset", "slow", "-crf", "26", "-pix_fmt", "yuv420p", str(file)],
+         "-r", str(fps), "-i", "-", "-preset", "slow", "-crf", "28", "-pix_fmt", "yuv420p", str(file)],
         stdin=subprocess.PIPE)
 
 
