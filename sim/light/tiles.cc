@@ -105,7 +105,7 @@ void PaintPixels(const Light* light, int count, int plane, bool add, float* rgb)
   for (const Light* end = light + count; light < end; light += kWidth, rgb += kWidth)
     for (int k = 0; k < 3; ++k) {
       float* out = rgb + static_cast<ptrdiff_t>(k) * plane;
-      Values<kWidth> sum, before;
+      Values<kWidth> sum{}, before{};
       for (int i = 0; i < kWidth; ++i) sum[i] = light[i][k];
       std::memcpy(&before, out, sizeof before);
       if (add) sum += before;
