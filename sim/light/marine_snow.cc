@@ -20,7 +20,7 @@ namespace {
 constexpr double kCube_m = 3;
 // Particles are sorted by cells of the cube, so many along an axis: blocks of them lie close
 // together, and most are out of sight as a whole.
-constexpr int kCells = 8;
+constexpr int kCellsAcross = 8;
 constexpr float kNearest_m = 0.08f;  // nearer ones would be out of any focus
 // Spread of a point's light over pixels, besides the particle's own size.
 constexpr float kPointSpread_px = 0.4f;
@@ -113,7 +113,7 @@ void FindInSight(const Stereo<Sight>& sights, const float* head_m, int count,
 
 // Of a particle's cell along an axis.
 int CellAlong(float x_m) {
-  return std::min(static_cast<int>(x_m * (kCells / kCube_m)), kCells - 1);
+  return std::min(static_cast<int>(x_m * (kCellsAcross / kCube_m)), kCellsAcross - 1);
 }
 
 // Whether any of some particles may be in sight: they lie in the cells from the first one's to the
@@ -121,12 +121,12 @@ int CellAlong(float x_m) {
 bool MayBeInSight(const Stereo<Sight>& sights, const Eigen::Array3f& head_m, int count,
                   const std::array<const float*, 3>& p_WF_m) {
   constexpr auto kHalf_m = static_cast<float>(kCube_m / 2), kRounding_m = 1e-3f;
-  constexpr auto kHalfCell_m = static_cast<float>(kCube_m / kCells / 2);
+  constexpr auto kHalfCell_m = static_cast<float>(kCube_m / kCellsAcross / 2);
   Eigen::Array3f middle, half;
   bool one = true;  // a single cell along the axes so far
   for (size_t i = 0; i < 3; ++i) {
     const int first = CellAlong(p_WF_m[i][0]), last = CellAlong(p_WF_m[i][count - 1]);
-    const int from = one ? first : 0, to = one ? last + 1 : kCells;
+    const int from = one ? first : 0, to = one ? last + 1 : kCellsAcross;
     half[i] = kHalfCell_m * static_cast<float>(to - from) + kRounding_m;
     middle[i] = Wrapped(kHalfCell_m * static_cast<float>(from + to) - head_m[i]);
     // some may be at the other end
@@ -197,7 +197,7 @@ MarineSnow::MarineSnow(const SnowParams& params, double frame_s, uint64_t key)
   for (auto& [cell, place] : drawn)
     for (float& x : place) {
       x = static_cast<float>(rng.Uniform(0, kCube_m));
-      cell = kCells * cell + CellAlong(x);
+      cell = kCellsAcross * cell + CellAlong(x);
     }
   std::ranges::sort(drawn);
   for (const auto& [cell, place] : drawn) {
