@@ -93,7 +93,7 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
   await milk.locator('input').fill('30');
   assert.equal(await milk.locator('output').innerText(), '30 ml/m³');
   await until(page, () =>
-    /one could see 3\.7 m/.test(document.querySelector('.scene-key').textContent),
+    /one could see 3\.3 m/.test(document.querySelector('.scene-key').textContent),
   );
   await press(page.locator('.knob', {hasText: 'lamps'}).locator('input[type=checkbox]'));
   await page.locator('.knob', {hasText: 'controller'}).locator('select').selectOption('p_voltage');
