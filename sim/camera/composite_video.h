@@ -2,7 +2,8 @@
 // What composite video does to colour, between the camera's curve and the digitiser's 8 bits.
 //
 // Colour travels as two differences, of red and of blue from the brightness, which are sampled at
-// every other pixel, as digitisers do (ITU-R BT.601, 4:2:2). They are blurred along the row. Then,
+// every other pixel, as digitisers do (ITU-R BT.601, 4:2:2). They are blurred along the row, by
+// sampling alone as far as that is asked and by a Gaussian for the rest. Then,
 // c being their length, each keeps max(0, 1 - coring / c) of itself, so that weak colour becomes
 // grey: cameras take colour back in little light to hide grain (Sony SS-HQ1 application notes 10.8,
 // Sharp LR38603 data sheet, "color level suppression"), decoders core it. Where a channel comes

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -93,6 +95,26 @@ TEST(ChromaBlur, SmearsColorButNotBrightness) {
     ++compared;
   }
   EXPECT_EQ(compared, 120);
+}
+
+// Sampling by pairs and drawing lines between them is part of the blur. Mean of edges between pairs
+// and within one.
+TEST(ChromaBlur, IsAsWideAsAsked) {
+  for (const double sigma_px : {1.1, 1.5, 1.85, 3.0}) {
+    double variance_px2 = 0;
+    for (const int edge : {kWidth / 2, kWidth / 2 + 1}) {
+      light::RadianceStereo radiance = Halves({0.7f, 0.2f, 0.2f}, {0.2f, 0.45f, 0.45f});
+      for (int v = 0; v < kHeight; ++v)
+        for (int u = kWidth / 2; u < edge; ++u)
+          std::copy_n(radiance.left.at(0, v), 3, radiance.left.at(u, v));
+      const Image3u8 image = Expose(Linear(sigma_px, 0), radiance).left;
+      const auto red = [&](int u) { return ColorOf(image.at(u, 5)).red; };
+      const double step_dn = red(0) - red(kWidth - 1);
+      for (int u = edge - 16; u < edge + 16; ++u)
+        variance_px2 += 0.5 * std::pow(u - edge, 2) * (red(u - 1) - red(u)) / step_dn;
+    }
+    EXPECT_NEAR(variance_px2, sigma_px * sigma_px, 0.3) << sigma_px;
+  }
 }
 
 // White noise through a Gaussian keeps 1 / (2 sqrt(pi) sigma) of its variance.
@@ -193,6 +215,16 @@ TEST(Highlights, FadeToWhite) {
     EXPECT_NEAR(seen[0], std::min(red, 255.0), 1) << peak;
     EXPECT_NEAR(seen[1], luma + kSetup_dn + keep * (25.5 - luma), 1) << peak;
   }
+  // whichever channel of whichever pixel of a pair it is
+  for (int bright = 0; bright < 6; ++bright) {
+    Image3f pair(kWidth, kHeight);
+    for (size_t i = 0; i < pair.pixels(); ++i)
+      std::copy_n(std::array{0.6f, 0.2f, 0.2f}.data(), 3, pair.data() + 3 * i);
+    for (int u = 0; u < kWidth; ++u)
+      if (u % 2 == bright % 2) pair.at(u, 3)[bright / 2] = 1;
+    const Color seen = ColorOf(Expose(sensor, {pair, pair}).left.at(40, 3));
+    EXPECT_LT(seen.chroma(), 2) << bright;
+  }
 }
 
 // The line's noise is the same in light and dark, and another in each row, frame and camera. That
@@ -228,6 +260,11 @@ TEST(VideoNoise, ComesAfterTheCamera) {
   expect(covariance(Side::kLeft, 0, kWidth, 4, 0), 0, 0);
   expect(covariance(Side::kLeft, 0, kWidth, 0, 1), 0, 0);
   expect(covariance(Side::kRight, 0, kWidth, 0, 0), 0, 0);
+  double red_with_blue = 0;
+  for (int v = 0; v < kHeight; ++v)
+    for (int u = 0; u < kWidth; ++u)
+      red_with_blue += noise(Side::kLeft, u, v)[1] * noise(Side::kLeft, u, v)[2];
+  EXPECT_NEAR(red_with_blue / (kWidth * kHeight), 0, 1);
 }
 
 TEST(CompositeVideo, IsTheSameInARegionWithAllOfIt) {

@@ -12,6 +12,7 @@
 #include "sim/base/random.h"
 #include "sim/light/water.h"
 #include "tests/light/optics_scene.h"
+#include "tests/light/turns.h"
 
 namespace turbidock::light {
 namespace {
@@ -134,12 +135,7 @@ class BallWalk {
       p += free_m * u;
       const bool narrow = rng->Uniform() * b_per_m < peak_per_m;
       const double g = narrow ? 1 - medium_.peak.width_rad : medium_.asymmetry[kGreen];
-      const double q = (1 - g * g) / (1 - g + 2 * g * rng->Uniform());
-      const double cosine = (1 + g * g - q * q) / (2 * g), angle_rad = 2 * kPi * rng->Uniform();
-      const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-      const Vector3d v = u.unitOrthogonal();
-      u = (cosine * u + sine * (std::cos(angle_rad) * v + std::sin(angle_rad) * u.cross(v)))
-              .normalized();
+      u = testing::Turned(u, testing::HenyeyGreenstein(g, rng), rng);
     }
     return 0;
   }

@@ -9,6 +9,7 @@
 
 #include "sim/base/random.h"
 #include "sim/light/scattering.h"
+#include "tests/light/turns.h"
 
 namespace turbidock::light {
 namespace {
@@ -31,15 +32,6 @@ std::optional<double> Hit(const Vector3d& p, const Vector3d& u, const Vector3d& 
   return -along - std::sqrt(within);
 }
 
-Vector3d Turned(const Vector3d& u, double g, Rng* rng) {
-  const double k = (1 - g * g) / (1 - g + 2 * g * rng->Uniform());
-  const double mu = (1 + g * g - k * k) / (2 * g), sine = std::sqrt(std::max(0.0, 1 - mu * mu));
-  const double azimuth_rad = 2 * kPi * rng->Uniform();
-  const Vector3d across = u.unitOrthogonal();
-  return mu * u + sine * (std::cos(azimuth_rad) * across +
-                          std::sin(azimuth_rad) * Vector3d(u.cross(across)));
-}
-
 // Of radiance 1 of the ball, what comes along a ray after it turned at least once.
 double Walked(const Milk& milk, const Vector3d& u, const Vector3d& ball, int walks, Rng rng) {
   double sum = 0;
@@ -53,7 +45,7 @@ double Walked(const Milk& milk, const Vector3d& u, const Vector3d& ball, int wal
     while ((p - ball / 2).norm() < 2) {
       p += step_m * way;
       weight *= milk.b_per_m / milk.c_per_m();
-      way = Turned(way, milk.g, &rng);
+      way = testing::Turned(way, testing::HenyeyGreenstein(milk.g, &rng), &rng);
       step_m = -std::log(1 - rng.Uniform()) / milk.c_per_m();
       const std::optional<double> hit = Hit(p, way, ball);
       if (hit && step_m > *hit) {

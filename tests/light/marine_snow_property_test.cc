@@ -98,6 +98,49 @@ TEST(MarineSnow, ShinesAsACloudOfItsDensity) {
   EXPECT_GT(absorbed.Sum(0), 0.05 * snow.Sum(0));
 }
 
+// Every particle that the left camera has before it shines at its place: those of the cube about
+// the head, drawn one after the other, none left out with its neighbours.
+TEST(MarineSnow, IsAllThatIsInSight) {
+  SnowParams params;
+  params.particles_per_m3 = 40;
+  params.albedo = 0.5;
+  const StereoRig rig = RigParams{}.MakeRig();
+  Rng poses(3, 0);
+  int found = 0;
+  for (int fall = 0; fall < 12; ++fall) {
+    const Eigen::Vector3d axis =
+        Eigen::Vector3d(poses.Uniform(-1, 1), poses.Uniform(-1, 1), 1).normalized();
+    const Pose X_WH(Eigen::Quaterniond(Eigen::AngleAxisd(poses.Uniform(-3, 3), axis)),
+                    {poses.Uniform(-9, 9), poses.Uniform(-9, 9), 0.7});
+    const Image3f image = Snowfall(params, X_WH).images.left;
+    Rng drawn(5, 0);
+    for (int i = 0; i < 40 * 27; ++i) {
+      Eigen::Vector3d p_WF;
+      for (double& x : p_WF) x = drawn.Uniform(0, 3);
+      Eigen::Vector3d way_W = p_WF - X_WH.p;
+      way_W -= (3 * (way_W / 3).array().round()).matrix();
+      const Eigen::Vector3d p_HF = X_WH.R().transpose() * way_W;
+      const Eigen::Vector3d p_CF = rig.left.X_HC.Inverse() * p_HF;
+      if (p_CF.z() < 0.1) continue;
+      const double f_px = rig.left.fx_px, u = rig.left.cx_px + f_px * p_CF.x() / p_CF.z(),
+                   v = rig.left.cy_px + f_px * p_CF.y() / p_CF.z();
+      const double column = std::round(u), row = std::round(v);
+      if (std::min(column, row) < 0 || column > 639 || row > 479) continue;
+      const double size_px = f_px * params.diameter_m / (4 * p_CF.z());
+      const double variance_px2 = 0.16 + size_px * size_px;
+      const double peak = params.albedo * std::pow(params.diameter_m / 2, 2) / 4 /
+                          p_HF.squaredNorm() * f_px * f_px * p_CF.norm() / std::pow(p_CF.z(), 3) /
+                          (2 * std::numbers::pi * variance_px2);
+      const double least =
+          peak * std::exp(-(std::pow(column - u, 2) + std::pow(row - v, 2)) / (2 * variance_px2));
+      EXPECT_GT(image.at(static_cast<int>(column), static_cast<int>(row))[0], 0.5 * least)
+          << fall << " " << p_HF.transpose();
+      ++found;
+    }
+  }
+  EXPECT_GT(found, 500);
+}
+
 // The particles stay where they are in the water, but for their sinking.
 TEST(MarineSnow, RestsInTheWater) {
   SnowParams params;

@@ -83,7 +83,7 @@ Suspended Spheres(double share, double mean_um, double deviation, double index,
   return {sum.scattering_per_m / volume_um3, sum.forwards_per_m / volume_um3};
 }
 
-// Homogenised milk: 4 % of its volume is fat (index 1.46) in droplets of 0.4 to 1 um, 11 % swollen
+// Homogenised milk: 4 % of its volume is fat (index 1.46) in droplets of 0.45 um, 11 % swollen
 // casein micelles of 0.15 um (3.4 g of water a gram: index 1.384).
 TEST(Milk, IsFatAndCasein) {
   const WaterParams water;

@@ -11,6 +11,7 @@
 #include "sim/base/random.h"
 #include "sim/light/water.h"
 #include "tests/light/optics_scene.h"
+#include "tests/light/turns.h"
 
 namespace turbidock::light {
 namespace {
@@ -109,9 +110,7 @@ class PhotonWalk {
       p += std::min(free_m, range_m) * u;
       if (free_m < range_m) {
         weight *= milk_.b_per_m / milk_.c_per_m();
-        const double g = milk_.g;
-        const double q = (1 - g * g) / (1 - g + 2 * g * rng->Uniform());
-        u = Turned(u, (1 + g * g - q * q) / (2 * g), rng);
+        u = testing::Turned(u, testing::HenyeyGreenstein(milk_.g, rng), rng);
       } else {
         touched = true;
         const Surface& s = surfaces_[static_cast<size_t>(surface)];
@@ -121,7 +120,7 @@ class PhotonWalk {
         for (const Vector3d& lamp : lamps_)
           sum->marker +=
               weight / kPi * FromLamp(lamp, p, [&](const Vector3d& e) { return -e.dot(n); });
-        u = Turned(n, std::sqrt(rng->Uniform()), rng);
+        u = testing::Turned(n, std::sqrt(rng->Uniform()), rng);
       }
       if (weight < 0.1) weight = rng->Uniform() < weight / 0.1 ? 0.1 : 0;
     }
@@ -132,14 +131,6 @@ class PhotonWalk {
     Vector3d::Index axis = 0;
     p_S.cwiseQuotient(s.size_m).cwiseAbs().maxCoeff(&axis);
     return std::copysign(1.0, p_S[axis]) * Vector3d::Unit(axis);
-  }
-
-  // At an angle of that cosine to u, about it at random.
-  static Vector3d Turned(const Vector3d& u, double cosine, Rng* rng) {
-    const double angle_rad = 2 * kPi * rng->Uniform();
-    const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
-    const Vector3d v = u.unitOrthogonal();
-    return cosine * u + sine * (std::cos(angle_rad) * v + std::sin(angle_rad) * u.cross(v));
   }
 
   Milk milk_;

@@ -90,6 +90,42 @@ TEST(Reflectors, ABallThrowsBackTwoThirds) {
                 1e-3 * got[0]);
 }
 
+// Beside a painted ball in milk: by the halo's integral, of as much of its light as is seen from
+// there.
+TEST(Reflectors, GlowAsIsSeenFromThere) {
+  WaterParams milk;
+  milk.milk_ml_m3 = 40;
+  const Medium medium = MakeMedium(milk);
+  const MountedCamera camera = testing::SmallRig().left;
+  const RayFrame rays(camera);
+  for (const double way_m : {0.3, 1.2}) {
+    const Eigen::Vector3d p_HBall = camera.X_HC * Eigen::Vector3d(0, 0, way_m);
+    const Lit lit(medium, 1,
+                  {testing::Ball("ball", Pose::Translation(p_HBall.x(), p_HBall.y(), p_HBall.z()),
+                                 0.02, {1, 1, 1})});
+    PointBatch batch{};
+    batch.count = PointBatch::kVector;
+    for (int i = 0; i < batch.count; ++i) {
+      batch.u_px[i] = static_cast<float>(camera.cx_px + camera.fx_px * (0.03 + 0.002 * i) / way_m);
+      batch.v_px[i] = static_cast<float>(camera.cy_px);
+      batch.depth_m[i] = 20;
+    }
+    FindRays(rays, &batch);
+    std::vector<Light> light(PointBatch::kVector, Light::Zero());
+    const Glow glow = {.radius_m = 0.02, .intensity_w_sr = lit.reflectors.intensity_w_sr()};
+    lit.reflectors.AddHalos(rays, batch.count, &batch, light.data());
+    for (int i = 0; i < batch.count; ++i) {
+      const Eigen::Vector3d ray(batch.ray_x[i], batch.ray_y[i], batch.ray_z[i]);
+      const Eigen::Vector3d to_ball = p_HBall - camera.X_HC.p;
+      const Rgb expected = HaloAlongRay(
+          medium, medium.halo_loss_per_m(), SeenFrom(way_m, medium, glow), to_ball.dot(ray),
+          to_ball.cross(ray).norm(), {0, static_cast<double>(batch.range_m[i])}, 2000);
+      for (int k = 0; k < 3; ++k)
+        EXPECT_NEAR(light[static_cast<size_t>(i)][k] / expected[k], 1, 0.02) << way_m << " " << i;
+    }
+  }
+}
+
 // With surface halos the water never gets darker, nor brighter than what shines into it; without
 // them nothing else changes.
 TEST(Reflectors, OnlyAddLight) {
