@@ -140,7 +140,7 @@ ThrusterCommand Autopilot::Update(const PoseEstimate& estimate, const Excitation
   demand_ = controller_->Demand(reference_);
   if (const ThrusterCommand* own = controller_->Command()) {
     if (!excitation.share.isZero(0))
-      throw ConfigError("controller", "commands each thruster: nothing can be added on an axis");
+      throw ConfigError("control.use", "commands each thruster: nothing can be added on an axis");
     controller_->OnCommandApplied(estimate.frame, demand_);
     return *own;
   }

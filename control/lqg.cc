@@ -71,9 +71,10 @@ Lqg::Lqg(const LqgParams& params, const VehicleModel& vehicle, const ClockParams
       throw ConfigError(keys, "there is no controller for these values: " + error.problem());
     }
   };
-  add(design("lqg.surge", {translation(kSurge, params_.surge)}, {0}), {kSurge});
-  add(design("lqg.heave", {translation(kHeave, params_.heave)}, {0}), {kHeave});
-  add(design("lqg.sway, lqg.yaw", {translation(kSway, params_.sway), yaw}, kLevers_m),
+  add(design("control.lqg.surge", {translation(kSurge, params_.surge)}, {0}), {kSurge});
+  add(design("control.lqg.heave", {translation(kHeave, params_.heave)}, {0}), {kHeave});
+  add(design("control.lqg.sway, control.lqg.yaw", {translation(kSway, params_.sway), yaw},
+             kLevers_m),
       {kSway, kYaw});
   // As far back as a filter looks that has not been updated for long.
   given_.resize(static_cast<size_t>(params_.latency_frames) +

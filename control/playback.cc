@@ -8,7 +8,7 @@ namespace turbidock::control {
 
 void PlaybackParams::CheckInUse(const std::string& path) const {
   if (file.empty())
-    throw ConfigError(JoinKey(path, "file"), "is empty: controller = playback needs the commands");
+    throw ConfigError(JoinKey(path, "file"), "is empty: control.use = playback needs the commands");
 }
 
 Playback::Playback(std::vector<Row> rows, size_t thrusters)

@@ -210,7 +210,7 @@ VoltsAllocation::VoltsAllocation(const VoltsAllocationParams& params, const Vehi
     are_published = are_published && name == kPublishedThrusters[i];
   }
   if (!are_published)
-    throw ConfigError("controller",
+    throw ConfigError("control.use",
                       fmt::format("p_voltage asks for the voltages of the published vehicle's "
                                   "thrusters ({}); this one has {}. pid and lqg ask for forces",
                                   fmt::join(kPublishedThrusters, ", "), names));

@@ -14,8 +14,9 @@ namespace {
 
 // Parameters that passed their checks, for the members that are made from them.
 const FiducialParams& Checked(const FiducialParams& params) {
-  CheckFields(params, "fiducial");
-  if (params.tags.empty()) throw ConfigError("fiducial.tags", "must name at least one tag");
+  CheckFields(params, "estimator.fiducial");
+  if (params.tags.empty())
+    throw ConfigError("estimator.fiducial.tags", "must name at least one tag");
   return params;
 }
 

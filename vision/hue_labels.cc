@@ -133,7 +133,8 @@ void CheckHues(const MarkerParams& marker, const HueParams& hue) {
         throw ConfigError("marker.balls", "balls " + a.name + " and " + b.name +
                                               " cannot be told apart: their hues differ by " +
                                               degrees(apart_rad) + "°, less than the " +
-                                              degrees(hue.window_rad) + " of hue.window_rad");
+                                              degrees(hue.window_rad) +
+                                              " of estimator.hue.window_rad");
     }
 }
 
@@ -156,7 +157,7 @@ HueLabeller::Fraction HueLabeller::NearestFraction(double x) {
 
 HueLabeller::HueLabeller(const HueParams& params, const MarkerParams& marker)
     : params_(params), ball_count_(static_cast<int>(marker.balls.size())) {
-  CheckFields(params, "hue");
+  CheckFields(params, "estimator.hue");
   CheckFields(marker, "marker");
   constexpr double kSextant_rad = std::numbers::pi / 3;
   for (int b = 0; b < ball_count_; ++b)

@@ -8,7 +8,7 @@ namespace {
 
 // Options that passed their checks, for the members that are made from them.
 const RmGaOptions& Checked(const RmGaOptions& options) {
-  CheckFields(options, "estimator");
+  CheckFields(options, "estimator.rm_ga");
   return options;
 }
 

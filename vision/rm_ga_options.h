@@ -1,5 +1,5 @@
 #pragma once
-// The settings of RM-GA: every key under `estimator`.
+// The settings of RM-GA: every key under `estimator.rm_ga`.
 
 #include <array>
 #include <string>
@@ -59,7 +59,7 @@ struct RmGaOptions {
 
   static void Fields(auto& self, auto&& field) {
     field("preset", self.preset, Range{},
-          "sets all other keys of the estimator: default, or published (nothing of our own)");
+          "sets all other keys of rm_ga: default, or published (nothing of our own)");
     field("population", self.population, InRange(4, 10000),
           "number of individuals of the genetic search");
     field("generations_per_frame", self.generations_per_frame, InRange(1, 1000),

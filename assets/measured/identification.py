@@ -66,7 +66,7 @@ def at_rate(commands, hz):
 def log_of(scenario, values, commands, rng, offset_s=OFFSET_S, noise_m=NOISE_M, noise_rad=NOISE_RAD):
     """A table of motion of the vehicle with these values, from rest at 5 m of depth."""
     model = scenario_with(still(scenario), values)
-    model._cpp.set(["clock.ticks_per_frame=64"])  # a quarter of the plant's own error
+    model._cpp.set(["trial.clock.ticks_per_frame=64"])  # a quarter of the plant's own error
     end_s = commands["time_s"][-1]
     times = np.arange(0, end_s, 1 / POSES_HZ)
     begin = np.zeros((1, 13))

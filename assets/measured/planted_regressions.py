@@ -42,12 +42,12 @@ def heavier(newton):
 
 
 def sensor(key, factor):
-    return [f'sensor.{key}={factor * shipped("assets/optics.yaml", key):.6g}']
+    return [f'cameras.sensor.{key}={factor * shipped("assets/optics.yaml", key):.6g}']
 
 
 def hue(turned_rad):
     """The balls' hues, as the estimator knows them, turned by an angle."""
-    return ['marker_may_differ=true'] + [
+    return ['marker.may_differ=true'] + [
         f'marker.balls.{i}.hue_rad={(rad + turned_rad) % (2 * math.pi):.4f}'
         for i, rad in enumerate([2.0944, 0, 4.1888])
     ]
@@ -74,21 +74,21 @@ PLANTED = [
     ('water', '35 ml/m3 of milk', ['water.milk_ml_m3=35']),
     ('sensor', 'read noise doubled', sensor('read_noise_electrons', 2)),
     ('sensor', 'gain a third', sensor('gain', 1 / 3)),
-    ('timing', 'images one frame later', ['camera_delay_frames=2']),
-    ('timing', 'images four frames later', ['camera_delay_frames=5']),
-    ('timing', 'every other image used', ['camera_period_frames=2']),
+    ('timing', 'images one frame later', ['cameras.delay_frames=2']),
+    ('timing', 'images four frames later', ['cameras.delay_frames=5']),
+    ('timing', 'every other image used', ['cameras.period_frames=2']),
     ('labels', 'hues turned by 10 degrees', hue(math.radians(10))),
     ('labels', 'hues turned by 30 degrees', hue(math.radians(30))),
-    ('labels', 'hue window halved', ['hue.window_rad=0.39']),
-    ('search', 'a third of the population', ['estimator.population=20']),
-    ('search', 'one generation a frame', ['estimator.generations_per_frame=1']),
-    ('refinement', 'off', ['estimator.refine=false']),
-    ('filter', 'latency not compensated', ['lqg.latency_frames=0']),
+    ('labels', 'hue window halved', ['estimator.hue.window_rad=0.39']),
+    ('search', 'a third of the population', ['estimator.rm_ga.population=20']),
+    ('search', 'one generation a frame', ['estimator.rm_ga.generations_per_frame=1']),
+    ('refinement', 'off', ['estimator.rm_ga.refine=false']),
+    ('filter', 'latency not compensated', ['control.lqg.latency_frames=0']),
     ('filter', 'noise taken for ten times as much',
-     ['lqg.surge.noise_m=0.03', 'lqg.sway.noise_m=0.01', 'lqg.heave.noise_m=0.01', 'lqg.yaw.noise_rad=0.08']),
+     ['control.lqg.surge.noise_m=0.03', 'control.lqg.sway.noise_m=0.01', 'control.lqg.heave.noise_m=0.01', 'control.lqg.yaw.noise_rad=0.08']),
     ('law', 'errors cost a ninth',
-     ['lqg.surge.error_m=0.036', 'lqg.sway.error_m=0.036', 'lqg.heave.error_m=0.018', 'lqg.yaw.error_rad=0.15']),
-    ('law', 'the published law', ['controller=p_voltage']),
+     ['control.lqg.surge.error_m=0.036', 'control.lqg.sway.error_m=0.036', 'control.lqg.heave.error_m=0.018', 'control.lqg.yaw.error_rad=0.15']),
+    ('law', 'the published law', ['control.use=p_voltage']),
     ('procedure', 'docks twice as fast', ['procedure.docking_rate_mps=0.06']),
     ('procedure', 'aims 2 cm aside', ['procedure.servo_y_m=0.02']),
 ]
@@ -96,23 +96,23 @@ PLANTED = [
 # What changes every trial's course, and nothing that matters. (A build by another compiler changes no digest; other seeds
 # than the baseline's are refused: its night sea has too few trials to be compared without pairs.)
 HARMLESS = [
-    ('light computed in tiles of 12 pixels', ['shading.tile_px=12']),
-    ('light computed to half the tolerance', ['shading.relative_tolerance=0.005']),
-    ('20 physics steps a frame instead of 16', ['clock.ticks_per_frame=20']),
-    ('24 physics steps a frame', ['clock.ticks_per_frame=24']),
-    ('whole images instead of the marker\'s region', ['region_of_interest=false']),
-    ('population of 61', ['estimator.population=61']),
-    ('population of 66', ['estimator.population=66']),
-    ('mutation rate of 0.11', ['estimator.mutation_rate=0.11']),
+    ('light computed in tiles of 12 pixels', ['lights.shading.tile_px=12']),
+    ('light computed to half the tolerance', ['lights.shading.relative_tolerance=0.005']),
+    ('20 physics steps a frame instead of 16', ['trial.clock.ticks_per_frame=20']),
+    ('24 physics steps a frame', ['trial.clock.ticks_per_frame=24']),
+    ('whole images instead of the marker\'s region', ['trial.region_of_interest=false']),
+    ('population of 61', ['estimator.rm_ga.population=61']),
+    ('population of 66', ['estimator.rm_ga.population=66']),
+    ('mutation rate of 0.11', ['estimator.rm_ga.mutation_rate=0.11']),
     ('thrust 0.1 % less', effectiveness(0.999, 0.999, 0.999, 0.999)),
     ('drag 0.1 % less', drag(0.999)),
     ('read noise 1 % more', sensor('read_noise_electrons', 1.01)),
     ('gain 1 % more', sensor('gain', 1.01)),
-    ('light computed in tiles of 20 pixels', ['shading.tile_px=20']),
-    ('light computed to 0.8 of the tolerance', ['shading.relative_tolerance=0.008']),
-    ('18 physics steps a frame', ['clock.ticks_per_frame=18']),
-    ('population of 63', ['estimator.population=63']),
-    ('mutation rate of 0.09', ['estimator.mutation_rate=0.09']),
+    ('light computed in tiles of 20 pixels', ['lights.shading.tile_px=20']),
+    ('light computed to 0.8 of the tolerance', ['lights.shading.relative_tolerance=0.008']),
+    ('18 physics steps a frame', ['trial.clock.ticks_per_frame=18']),
+    ('population of 63', ['estimator.rm_ga.population=63']),
+    ('mutation rate of 0.09', ['estimator.rm_ga.mutation_rate=0.09']),
     ('read noise 1 % less', sensor('read_noise_electrons', 0.99)),
     ('gain 1 % less', sensor('gain', 0.99)),
     ('drag 0.1 % more', drag(1.001)),

@@ -13,7 +13,7 @@ PLANS = 'assets/measured/plans'
 
 
 @table([turbidock('batch paper_sea_night --out night.db', quick='--seeds 1 --shard 1/2', key='waits'),
-        turbidock('batch paper_sea_night --set approach.mode=pilot --set duration_s=180 --out pilot.db', quick='--seeds 1 --shard 1/2',
+        turbidock('batch paper_sea_night --set procedure.approach.mode=pilot --set trial.duration_s=180 --out pilot.db', quick='--seeds 1 --shard 1/2',
                   key='is brought nearer by a pilot')], '800 trials, 5 h')
 def docking_published_night(runs):
     rows = [['marker', 'the vehicle', 'trials', 'docked in the hole', 'within 50 s of finding the marker', 'beside the hole']]
@@ -40,7 +40,7 @@ def docking_over_turbidity(runs):
     return rows
 
 
-@table([turbidock(f'batch {PLANS}/from_5m.yaml --out from_5m.db', quick='--seeds 1 --set duration_s=8'),
+@table([turbidock(f'batch {PLANS}/from_5m.yaml --out from_5m.db', quick='--seeds 1 --set trial.duration_s=8'),
         turbidock('batch navigation_turbidity --seeds 8 --out navigation.db', quick='--seeds 1 --shard 1/90')], '920 trials, 8 h')
 def docking_from_5m(runs):
     milks = ('0', '10', '20', '40')
@@ -62,7 +62,7 @@ def docking_from_5m(runs):
 @table([turbidock('batch last_leg --out last.db', quick='--seeds 1')], '800 trials, 0.1 h')
 def docking_last_leg(runs):
     rows = [['out of sight for the last, m', 'goes on without for, s', 'docked in the hole', 'time, s', 'true y, z, mm', 'beside the hole']]
-    for (nearest, blind), trials in grouped(runs[0].trials(), 'true_pose.nearest_m', 'procedure.blind_max_s').items():
+    for (nearest, blind), trials in grouped(runs[0].trials(), 'estimator.true_pose.nearest_m', 'procedure.blind_max_s').items():
         held = docked(trials)
         rows.append([f'{max(0, round(float(nearest) - 0.35, 2)):g}', blind, share(len(held), len(trials)), median(held, 'time_s'),
                      aside(held), beside(trials)])
@@ -83,7 +83,7 @@ def docking_over_sea(runs):
 
 @table([turbidock('batch rough_sea --out rough.db', quick='--seeds 1 --shard 1/25')], '2,160 trials, 0.4 h')
 def docking_over_waves(runs):
-    cells = grouped(runs[0].trials(), 'controller', CURRENT, 'sea.waves.0.period_s', 'sea.waves.0.height_m')
+    cells = grouped(runs[0].trials(), 'control.use', CURRENT, 'sea.waves.0.period_s', 'sea.waves.0.height_m')
     periods = sorted({key[2] for key in cells}, key=float)
     rows = [['controller', 'current, cm/s', *(f'{float(period):g} s' for period in periods)]]
     for controller, current in dict.fromkeys(key[:2] for key in cells):
@@ -118,7 +118,7 @@ def docking_apriltags(runs):
 
 @table([turbidock('batch moored_dock --out moored.db', quick='--seeds 1 --shard 1/6')], '1,000 trials, 0.1 h')
 def docking_moored(runs):
-    cells = grouped(runs[0].trials(), 'mooring.swing_y_m', 'mooring.swing_period_s')
+    cells = grouped(runs[0].trials(), 'station.mooring.swing_y_m', 'station.mooring.swing_period_s')
     periods = sorted({key[1] for key in cells}, key=float)
     rows = [['amplitude, mm', *(f'{float(period):g} s' for period in periods)]]
     for amplitude in dict.fromkeys(key[0] for key in cells):
@@ -130,8 +130,8 @@ def docking_moored(runs):
 ROBUST = 'batch robustness'
 
 
-@table([turbidock(f'{ROBUST} --set pose_source=true_pose --out robustness.db', quick='--seeds 1 --shard 1/8'),
-        turbidock(f'{ROBUST} --seeds 40 --set pose_source=true_pose --set controller=pid --out robustness_pid.db',
+@table([turbidock(f'{ROBUST} --set estimator.pose_source=true_pose --out robustness.db', quick='--seeds 1 --shard 1/8'),
+        turbidock(f'{ROBUST} --seeds 40 --set estimator.pose_source=true_pose --set control.use=pid --out robustness_pid.db',
                   quick='--seeds 1 --shard 1/8'),
         turbidock('batch robustness_cameras --out cameras.db', quick='--seeds 1 --shard 1/3'),
         turbidock(f'{ROBUST} --seeds 40 --out robustness_cameras.db', quick='--seeds 1 --shard 1/21')], '6,500 trials, 1.5 h')
@@ -150,9 +150,9 @@ QUICK_STUDY = """schema_version: 1
 description: a try-out
 scenario: sea_night_active
 seeds: 2
-set: {pose_source: true_pose, controller: lqg, duration_s: 20}
+set: {estimator.pose_source: true_pose, control.use: lqg, trial.duration_s: 20}
 tuning:
-  gains: [{key: lqg.sway.effort_share, low: 0.09, high: 1.4, scale: log}]
+  gains: [{key: control.lqg.sway.effort_share, low: 0.09, high: 1.4, scale: log}]
   objective: [{metric: time_s, weight: 1, failed: 60}]
   success_at_least: 0
   start_may_fail: true
@@ -175,7 +175,7 @@ def tuning_held_out(runs):
     return rows
 
 
-@table([turbidock(f'step-response --set controller={controller} --json --quiet', key=controller,
+@table([turbidock(f'step-response --set control.use={controller} --json --quiet', key=controller,
                   quick='--axis x' if controller == 'pid' else None)
         for controller in ('p_voltage', 'pid', 'lqg')], '0.02 h')
 def tuning_steps(runs):

@@ -83,7 +83,7 @@ def gate_error_rates(runs):
 
 
 PLANTED = Command(('python3', 'assets/measured/planted_regressions.py', 'planted'),
-                  ('--only', '1', '--seeds', '1', '--set', 'pose_source=true_pose', '--set', 'duration_s=1'), workers=True)
+                  ('--only', '1', '--seeds', '1', '--set', 'estimator.pose_source=true_pose', '--set', 'trial.duration_s=1'), workers=True)
 PLANTED_SHOWN = ['python3 assets/measured/planted_regressions.py out/planted']
 
 
@@ -109,7 +109,7 @@ ENVELOPE = """schema_version: 1
 description: the current in which 90 % dock, roughly
 scenario: sea_night_active
 master_seed: 20268
-set: {duration_s: 20, pose_source: true_pose}
+set: {trial.duration_s: 20, estimator.pose_source: true_pose}
 ranges:
   sea.current.surface_velocity_mps[1]: {from: 0, to: 0.4, success: falls}
 find: {rate: 0.9, width: 0.5}
@@ -245,9 +245,9 @@ def calibration_sensitivity(runs):
 def plan_from_afar():
     """The calibration's plan, begun away from the shipped values, with a third of the cells."""
     text = PLAN
-    for key, start in (('water.scattering_scale', 1), ('lamps.intensity_w_sr', 0.05), ('ball_lights.core_radiance_w_m2_sr', 0.04),
-                       ('ball_lights.core_width_m', 0.008), ('sensor.chroma_coring_dn', 50), ('sensor.video_noise_dn', 5),
-                       ('sensor.auto_level', 0.3)):
+    for key, start in (('water.scattering_scale', 1), ('lights.lamps.intensity_w_sr', 0.05), ('lights.marker.core_radiance_w_m2_sr', 0.04),
+                       ('lights.marker.core_width_m', 0.008), ('cameras.sensor.chroma_coring_dn', 50), ('cameras.sensor.video_noise_dn', 5),
+                       ('cameras.sensor.auto_level', 0.3)):
         text = re.sub(rf'(- key: {re.escape(key)}\n.*\n.*\n    start: )\S+', rf'\g<1>{start}', text)
     for key, value in (('cell_share', 0.34), ('frames', 1), ('spread', 0.1)):
         text = re.sub(rf'{key}: \S+', f'{key}: {value}', text)

@@ -8,7 +8,7 @@ STAGES = (('render, read-back', ('render', 'read_back')), ('water', ('water',)),
 
 
 @table([turbidock(NEAR, key='region', quick='--frames 20 --repeats 1'),
-        turbidock(f'{NEAR} --set region_of_interest=false', key='whole images', quick='--frames 20 --repeats 1')], '0.01 h; a quiet machine')
+        turbidock(f'{NEAR} --set trial.region_of_interest=false', key='whole images', quick='--frames 20 --repeats 1')], '0.01 h; a quiet machine')
 def speed_stages(runs):
     found = [(f'{name}, {run.key}', scenario) for place, name in enumerate(('sea_night_active', 'pool_passive'))
              for run in runs for scenario in [run.json()['scenarios'][place]]]
@@ -32,7 +32,7 @@ def speed_instructions(runs):
 
 
 THROUGHPUT = 'batch assets/measured/plans/throughput.yaml --quiet'
-TRUE_POSE = f'{THROUGHPUT} --set pose_source=true_pose --seeds 200'
+TRUE_POSE = f'{THROUGHPUT} --set estimator.pose_source=true_pose --seeds 200'
 
 
 @table([turbidock(f'{line} --workers {workers} --out {name.replace(" ", "_")}_{workers}.db', key=(name, workers), fresh=True,

@@ -124,7 +124,8 @@ void AddList(command::CommandLine& line) {
            "Instead: a scenario, bundled or a file, with every default spelt out")
       .Excludes(what);
   list.Add("--tags FILE", arguments.tags,
-           "Instead: MJCF that draws fiducial tags; FILE has the keys of fiducial: family, tags")
+           "Instead: MJCF that draws fiducial tags; FILE has the keys of estimator.fiducial: "
+           "family, tags")
       .Excludes(what);
 }
 

@@ -177,9 +177,8 @@ std::vector<std::string> GridOf(const StoreHeader& header) {
 std::vector<std::string> NotVaried(const StoreHeader& header) {
   const auto plan = PlanIn(header);
   if (!plan) return {};
-  std::vector<std::string> rest = {"water",       "snow",    "sea",    "lamps",
-                                   "ball_lights", "vehicle", "rig",    "sensor",
-                                   "lens",        "mooring", "faults", "controller"};
+  std::vector<std::string> rest = {"vehicle", "station", "sea",     "water",
+                                   "lights",  "cameras", "control", "faults"};
   const auto vary = [&rest](const config::YamlNode& keys) {
     for (const auto& [key, values] : keys.Entries())
       std::erase(rest, key.substr(0, key.find_first_of(".[")));

@@ -21,14 +21,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kScenarioKey = "scenario";
+constexpr const char *kScenarioKey = "scenario", *kSeedKey = "trial.seed";
 
 const Case& CaseIn(const std::vector<Case>& cases, const std::string& name) {
   return *std::ranges::find(cases, name, &Case::name);
 }
 
 config::Assignment SeedOf(int64_t seed) {
-  return {"seed", config::TextNode(std::to_string(seed), {nullptr, config::kFromSet, "seed"})};
+  return {kSeedKey, config::TextNode(std::to_string(seed), {nullptr, config::kFromSet, kSeedKey})};
 }
 
 // A cell by its case and grid.
@@ -48,7 +48,11 @@ void RequireName(const std::string& name, const config::YamlNode& at) {
 
 // That a plan may give trials values of this key.
 void RequireGivable(const std::string& key, const config::YamlNode& at) {
-  if (key == "seed") at.Fail("the plan gives each trial its seed; set master_seed");
+  std::vector<config::Assignment> given = {{key, at}};
+  for (const config::YamlNode& value : at.Find("choice").value_or(at).Elements())
+    given.push_back({key, value});
+  for (const config::Assignment& leaf : config::LeavesOf(given))
+    if (leaf.key == kSeedKey) at.Fail("the plan gives each trial its seed; set master_seed");
   if (key == kCaseKey) at.Fail("is the key that `cases` makes; give those");
   if (key == kStratumKey) at.Fail("is the key that `strata` make; give those");
 }
@@ -169,7 +173,7 @@ void Plan::ReadSet(const config::YamlNode& plan,
     for (const auto& [key, value] : set->Entries()) all.push_back({key, value});
   all.insert(all.end(), assignments.begin(), assignments.end());
   for (const config::Assignment& given : all) {
-    if (given.key == "seed") RequireGivable(given.key, given.value);
+    RequireGivable(given.key, given.value);
     given_.Add(given.key, given.value);
     set_.push_back(given);
   }

@@ -24,8 +24,8 @@
 //   random:                            # drawn for each trial, and stored with it
 //     start.heading_rad: {uniform: [0, 0.2]}
 //     vehicle.rigid_body.mass_kg: {normal: [15, 0.5], within: [13, 17]}
-//     sensor.read_noise_electrons: {log_uniform: [2, 20]}
-//     camera_delay_frames: {choice: [1, 2, 3]}
+//     cameras.sensor.read_noise_electrons: {log_uniform: [2, 20]}
+//     cameras.delay_frames: {choice: [1, 2, 3]}
 //
 // Who uses a plan for more than a batch has a group of its own in it (kUseGroups), which decides
 // no trial.

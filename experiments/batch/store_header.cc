@@ -45,7 +45,7 @@ PlanDifferences DifferencesOf(const config::YamlNode& a, const config::YamlNode&
   return differences;
 }
 
-// The first of them: "camera_delay_frames: 1 then, 4 now".
+// The first of them: "cameras.delay_frames: 1 then, 4 now".
 std::string SentenceOf(const PlanDifferences& differences, const Sides& sides) {
   if (differences.empty()) return "";
   const auto& [key, values] = *differences.begin();

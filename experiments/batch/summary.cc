@@ -196,6 +196,7 @@ report::Quantity NameOfKey(const std::string& key) {
     axis = " " + (index == "0" ? "x" : index == "1" ? "y" : index == "2" ? "z" : index);
     name.erase(at);
   }
+  if (name.ends_with(".use")) name.resize(name.rfind('.'));  // what is chosen of a group
   // its last word and the group around it
   const size_t last = name.rfind('.');
   const size_t group = last == std::string::npos || last == 0 ? last : name.rfind('.', last - 1);

@@ -203,7 +203,7 @@ Option Subcommand::AddGains(std::string& file) {
 }
 
 Option Subcommand::AddSeed(std::string& seed) {
-  return Add("--seed INT", seed, "Root of all randomness; as --set seed=N")
+  return Add("--seed INT", seed, "Root of all randomness; as --set trial.seed=N")
       .Check(Problem<int64_t>)
       .NotNegative();
 }
@@ -294,9 +294,9 @@ std::optional<int> CommandLine::Run() const {
 void SetSeed(const std::string& seed, std::vector<std::string>* assignments) {
   if (seed.empty()) return;
   for (const std::string& given : *assignments)
-    if (given.starts_with("seed="))
+    if (given.starts_with("trial.seed="))
       throw ConfigError(fmt::format("--seed {} and --set {}: give one of them", seed, given));
-  assignments->push_back("seed=" + seed);
+  assignments->push_back("trial.seed=" + seed);
 }
 
 }  // namespace turbidock::command

@@ -19,7 +19,7 @@ void PlanArguments::AddTo(Subcommand* command, const trial::Plugins& plugins) {
   overrides.plugins = plugins;
   command->Add("plan", plan, "YAML file or the name of a bundled plan (see `turbidock list plans`)")
       .Required();
-  command->AddSet(assignments, "Set one key of every trial, such as duration_s=30");
+  command->AddSet(assignments, "Set one key of every trial, such as trial.duration_s=30");
   command->AddGains(gains);
   command->Add("--seed", overrides.master_seed, "Root of every trial's seed (master_seed)")
       .NotNegative();

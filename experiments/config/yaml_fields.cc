@@ -6,6 +6,8 @@
 #include <cctype>
 #include <cmath>
 #include <cstring>
+#include <iterator>
+#include <string_view>
 
 namespace turbidock::config {
 namespace {
@@ -120,7 +122,35 @@ ListRef ListOf(double* data, size_t rows, size_t cols, size_t row_stride, size_t
 
 void AddField(const char* key, const Range& range, const char* doc, ValueRef value,
               GroupRef* group) {
-  group->fields.push_back({key, range, doc, std::move(value)});
+  const std::string_view path = key;
+  const size_t dot = path.find('.');
+  const std::string name(path.substr(0, dot));
+  const auto there = std::ranges::find(group->fields, name, &Field::key);
+  auto* inner = there == group->fields.end() ? nullptr : std::get_if<GroupRef>(&there->value);
+  if (dot != std::string_view::npos) {
+    if (!inner) {
+      group->fields.push_back({name, {}, "", GroupRef{}});
+      inner = std::get_if<GroupRef>(&group->fields.back().value);
+    }
+    AddField(key + dot + 1, range, doc, std::move(value), inner);
+  } else if (auto* more = std::get_if<GroupRef>(&value); more && inner) {
+    std::ranges::move(more->fields, std::back_inserter(inner->fields));
+    std::ranges::move(more->presets, std::back_inserter(inner->presets));
+    TD_CHECK(!more->given || !inner->given, "one listener in a group");
+    if (more->given) inner->given = std::move(more->given);
+  } else {
+    TD_CHECK(there == group->fields.end(), "one field of a key");
+    group->fields.push_back({name, range, doc, std::move(value)});
+  }
+}
+
+void ArrangeGroups(std::span<const std::pair<const char*, const char*>> groups, GroupRef* group) {
+  for (const auto& [name, doc] : groups) {
+    const auto there = std::ranges::find(group->fields, name, &Field::key);
+    TD_CHECK(there != group->fields.end(), "a field of each group");
+    there->doc = doc;
+    std::rotate(there, there + 1, group->fields.end());
+  }
 }
 
 std::vector<std::string> PresetsIn(const GroupRef& group) {

@@ -19,6 +19,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -56,7 +57,11 @@ struct KeyDoc {
 
 // ------------------------------------------------------------------------------------------------
 // A struct may also have
-//  - `void MoreFields(GroupRef* group)`, for fields that are known only when the program runs;
+//  - `static constexpr std::array kGroups` of name and description: groups that follow its other
+//    fields in this order. A field is in one by its key in dots, "control.pid", whatever struct its
+//    member is in;
+//  - `void MoreFields(GroupRef* group)`, for fields that are known only when the program runs, in
+//    front of the others;
 //  - `void Given(const std::string& key)`, called after a value in it was read: for keys that stand
 //    for others. What is given later is read over what they set;
 //  - `static constexpr std::array kPresets`: such keys, read before the others of the same file.
@@ -97,9 +102,11 @@ struct Field {
 
 namespace internal {
 
-// Apart from GroupOf, which is compiled for every struct.
+// Apart from GroupOf, which is compiled for every struct. A group that is there already gets the
+// fields of one of the same key.
 void AddField(const char* key, const Range& range, const char* doc, ValueRef value,
               GroupRef* group);
+void ArrangeGroups(std::span<const std::pair<const char*, const char*>> groups, GroupRef* group);
 void ReadGroup(const YamlNode& node, const GroupRef& group, Origins* origins,
                const std::vector<std::string>& read_elsewhere);
 void ReadResolvedGroup(const YamlNode& node, const GroupRef& group);
@@ -183,10 +190,11 @@ ValueRef RefTo(V* member) {
 template <HasFields T>
 GroupRef GroupOf(T* object) {
   GroupRef group;
+  if constexpr (requires { object->MoreFields(&group); }) object->MoreFields(&group);
   T::Fields(*object, [&group](const char* key, auto& member, const Range& range, const char* doc) {
     internal::AddField(key, range, doc, internal::RefTo(&member), &group);
   });
-  if constexpr (requires { object->MoreFields(&group); }) object->MoreFields(&group);
+  if constexpr (requires { T::kGroups; }) internal::ArrangeGroups(T::kGroups, &group);
   if constexpr (requires { object->Given(std::string()); })
     group.given = [object](const std::string& key) { object->Given(key); };
   if constexpr (requires { T::kPresets; }) group.presets = {T::kPresets.begin(), T::kPresets.end()};

@@ -229,6 +229,12 @@ std::optional<YamlNode> YamlNode::Find(const std::string& key) const {
   return YamlNode{found->value, file, JoinKey(path, key), found->line};
 }
 
+std::optional<YamlNode> YamlNode::FindPath(const std::string& keys) const {
+  const size_t dot = keys.find('.');
+  const std::optional<YamlNode> first = Find(keys.substr(0, dot));
+  return first && dot != std::string::npos ? first->FindPath(keys.substr(dot + 1)) : first;
+}
+
 std::optional<std::string> YamlNode::Text() const {
   return tree->kind == Kind::kText ? std::optional(tree->text) : std::nullopt;
 }

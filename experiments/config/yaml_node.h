@@ -47,6 +47,8 @@ struct YamlNode {
   std::vector<YamlNode> Elements() const;  // of a list; none of anything else
   // The value of a key of this map, or nothing. For keys that no struct describes.
   std::optional<YamlNode> Find(const std::string& key) const;
+  // Likewise of keys in dots, each in the map of the one before.
+  std::optional<YamlNode> FindPath(const std::string& keys) const;
   std::optional<std::string> Text() const;  // of a scalar
   // This map with these values besides, and instead of its own of the same keys.
   YamlNode With(const std::vector<std::pair<std::string, YamlNode>>& more) const;

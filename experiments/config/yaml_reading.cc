@@ -189,17 +189,14 @@ class Reader {
     if (group.given && !options_.is_resolved) options_.around.pop_back();
   }
 
-  // A preset in a group, "approach.mode", where the group's node has it.
+  // A preset in a group, "procedure.approach.mode", where the group's node has it.
   void ReadPreset(YamlNode at, const GroupRef& group, const std::string& preset) {
-    Field field{.value = group};
-    for (const std::string& word : SplitPath(preset)) {
-      const std::optional<YamlNode> inner = at.IsMap() ? at.Find(word) : std::nullopt;
-      if (!inner) return;
-      at = *inner;
-      field = *FindField(std::get<GroupRef>(Field(field).value), word);
-    }
-    presets_.insert(at.path);
-    Noting([&] { ReadGiven(at, field); });
+    const std::optional<YamlNode> given = at.FindPath(preset);
+    if (!given) return;
+    at.path = preset;
+    const Field field = internal::FieldAt(group, &at);
+    presets_.insert(given->path);
+    Noting([&] { ReadGiven(*given, field); });
   }
 
   // Reads a value, and tells the groups that it is in.
@@ -390,7 +387,11 @@ void ReadLayer(const Assignment& layer, const GroupRef& group, Origins* origins)
   YamlNode at = layer.value;
   at.path = layer.key;
   ReadOptions options;
-  const Field field = FieldAt(group, &at, &options.around);
+  Field field = FieldAt(group, &at, &options.around);
+  if (auto* part = std::get_if<GroupRef>(&field.value))
+    for (const std::string& preset : group.presets)
+      if (preset.starts_with(at.path + "."))
+        part->presets.push_back(preset.substr(at.path.size() + 1));
   Reader(group, "", origins, options).Read(at, field);
 }
 

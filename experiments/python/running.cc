@@ -160,7 +160,7 @@ void AddFrame(py::module_* module) {
       .def_property_readonly("true_quaternion_wxyz",
                              Array([](const R& f) { return Wxyz(f.true_X_HM); }))
       .def_readonly("image_time_s", &R::image_time_s,
-                    "When the image of the estimate was exposed: camera_delay_frames ago.")
+                    "When the image of the estimate was exposed: cameras.delay_frames ago.")
       .def_property_readonly("true_position_at_image",
                              Array([](const R& f) { return f.true_at_image_X_HM.p; }),
                              "Of the marker in the camera head then: what the image shows.")

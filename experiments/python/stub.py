@@ -15,7 +15,7 @@ TYPES = {"true": "bool", "text": "str", "whole": "int", "number": "float", "list
 
 def type_of(key, words):
     """A Python type of what the table of keys calls "number in m", "3 numbers", "one of a, b"."""
-    if words.startswith("one of ") and key not in ("controller", "pose_estimator"):  # or a plug-in
+    if words.startswith("one of ") and key not in ("control.use", "estimator.use"):  # or a plug-in
         return f"Literal[{', '.join(repr(word) for word in words[7:].split(', '))}]"
     if words.startswith("one of "):
         return "str"

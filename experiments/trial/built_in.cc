@@ -19,25 +19,26 @@ Plugins::Plugins() {
   AddController<control::PlaybackParams>(
       "playback", {}, &PlaybackSpec, "commands from a file, open loop, in a controller's place");
 
-  AddEstimator<vision::RmGaOptions>(
-      "rm_ga", {},
-      [](const auto& options, const EstimatorSetup& of) {
-        return std::make_unique<vision::RmGa>(options, of.marker, of.hue, of.rig, of.rng);
-      },
-      {.doc = "estimator rm_ga: a genetic search for the pose", .group = "estimator"});
+  AddEstimator<vision::RmGaOptions>("rm_ga", {},
+                                    [](const auto& options, const EstimatorSetup& of) {
+                                      return std::make_unique<vision::RmGa>(options, of.marker,
+                                                                            of.hue, of.rig, of.rng);
+                                    },
+                                    {.doc = "estimator rm_ga: a genetic search for the pose"});
   AddEstimator<vision::BlobParams>("blobs", {},
                                    [](const auto& params, const EstimatorSetup& of) {
                                      return std::make_unique<vision::BlobEstimator>(
                                          params, of.marker, of.hue, of.rig);
                                    },
-                                   {.group = ""});
+                                   {.has_keys = false});
   AddEstimator<vision::FiducialParams>(
       "fiducial", {},
       [](const auto& params, const EstimatorSetup& of) {
         return std::make_unique<vision::FiducialEstimator>(params, of.rig);
       },
       {.doc = "estimator that reads fiducial tags, and the tags as it knows them",
-       .scene = {&TakesTags, &TakeTags, &CheckTags, "fiducial.tags_from_scene", "fiducial.tags"}});
+       .scene = {&TakesTags, &TakeTags, &CheckTags, "estimator.fiducial.tags_from_scene",
+                 "estimator.fiducial.tags"}});
   built_in_ = false;
 }
 

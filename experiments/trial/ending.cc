@@ -131,7 +131,7 @@ EndingRules::EndingRules(const Scenario& scenario)
     : clock_(scenario.clock),
       plays_back_(scenario.plays_back()),
       last_frame_(clock_.FramesFor(scenario.duration_s)),
-      hold_frames_(clock_.FramesFor(scenario.docked_hold_s)) {}
+      hold_frames_(clock_.FramesFor(scenario.after_docked_s)) {}
 
 std::optional<Ending> EndingRules::After(const FrameEvents& now) {
   if (now.directive.done && !docked_frame_) docked_frame_ = now.frame;

@@ -15,7 +15,7 @@
 //
 //   Plugins plugins;
 //   plugins.AddController<MyController>("my_controller");
-//   // controller: my_controller, my_controller.gain_newton_per_m: 40
+//   // control: {use: my_controller, my_controller: {gain_newton_per_m: 40}}
 //
 // What the autopilot does around it is read off the class: control/controller_spec.h. Without
 // members of Params that say otherwise there is no filter and no lead, and it asks for forces. A
@@ -36,17 +36,17 @@ namespace turbidock::trial {
 
 template <class Params, class Made, class... Args>
 Plugins::Plugin<Made, Args...>* Plugins::Insert(
-    Kind<Plugin<Made, Args...>>* kind, const std::string& name, const std::string& group,
-    const std::string& doc, const Params& defaults,
+    Kind<Plugin<Made, Args...>>* kind, const std::string& name, const std::string& doc,
+    bool has_keys, const Params& defaults,
     const std::function<Made(const Params&, Args...)>& make) {
   static const char kHere = 0;
   RequireNewName(name);
   if (kind->all.empty()) kind->chosen = name;
   return &kind->all.emplace_back(Plugin<Made, Args...>{
       .name = name,
-      .group = group,
       .doc = doc,
       .built_in = built_in_,
+      .has_keys = has_keys,
       .code = built_in_ ? "" : system::CodeDigest(&kHere),
       .params = defaults,
       .defaults = defaults,
@@ -67,7 +67,7 @@ void Plugins::AddController(
     const std::string& name, const Params& defaults,
     std::type_identity_t<std::function<control::ControllerSpec(const Params&)>> make,
     const std::string& doc) {
-  Insert(&controllers_, name, name, doc, defaults, make);
+  Insert(&controllers_, name, doc, true, defaults, make);
 }
 
 template <class Params>
@@ -77,8 +77,7 @@ void Plugins::AddEstimator(
         std::function<std::unique_ptr<vision::PoseEstimator>(const Params&, const EstimatorSetup&)>>
         make,
     const EstimatorTraits& traits) {
-  Insert(&estimators_, name, traits.group.value_or(name), traits.doc, defaults, make)->scene =
-      traits.scene;
+  Insert(&estimators_, name, traits.doc, traits.has_keys, defaults, make)->scene = traits.scene;
 }
 
 template <class Controller>

@@ -161,9 +161,12 @@ void Plugins::RequireNewName(const std::string& name) const {
       throw ConfigError("plug-in '" + name + "'", "there is one of this name already");
   if (built_in_) return;
   Scenario any;
-  const std::vector<config::Field> keys = config::GroupOf(&any).fields;
-  if (std::ranges::find(keys, name, &config::Field::key) != keys.end())
-    throw ConfigError("plug-in '" + name + "'", "a scenario has this key already");
+  for (const config::Field& group : config::GroupOf(&any).fields)
+    if (group.key == "control" || group.key == "estimator") {
+      const auto& keys = std::get<config::GroupRef>(group.value).fields;
+      if (std::ranges::find(keys, name, &config::Field::key) != keys.end())
+        throw ConfigError("plug-in '" + name + "'", "there is a key " + group.key + "." + name);
+    }
 }
 
 control::ControllerSpec Plugins::Spec(const std::string& name) const {
@@ -199,28 +202,26 @@ std::vector<SceneHooks> Plugins::all_scene_hooks() const {
 }
 
 void Plugins::AddTo(config::GroupRef* scenario) {
-  const auto add = [scenario](const char* choice, std::string doc, auto* kind) {
-    for (const auto& plugin : kind->all)
-      if (!plugin.group.empty() && plugin.group != plugin.name)
-        doc += fmt::format("; the keys of {} are those of {}", plugin.name, plugin.group);
-    scenario->fields.push_back({choice, Finite(), doc, ChoiceOf(kind->Names(), &kind->chosen)});
+  const auto add = [scenario](const std::string& group, const char* doc, auto* kind) {
+    const auto add_key = [&](const std::string& key, const char* about, config::ValueRef value) {
+      config::internal::AddField((group + "." + key).c_str(), Finite(), about, std::move(value),
+                                 scenario);
+    };
+    add_key("use", doc, ChoiceOf(kind->Names(), &kind->chosen));
     for (auto& plugin : kind->all)
-      if (!plugin.group.empty())
-        scenario->fields.push_back(
-            {plugin.group, Finite(), plugin.doc, plugin.keys(&plugin.params)});
+      if (plugin.has_keys) add_key(plugin.name, plugin.doc.c_str(), plugin.keys(&plugin.params));
   };
-  add("pose_estimator", "estimator that finds the marker in the images", &estimators_);
-  add("controller", "controller that steers by the estimate", &controllers_);
+  add("estimator", "estimator that finds the marker in the images", &estimators_);
+  add("control", "controller that steers by the estimate", &controllers_);
 }
 
 void Plugins::Check() const {
-  const auto check = [](const auto& kind) {
+  const auto check = [](const std::string& group, const auto& kind) {
     for (const auto& plugin : kind.all)
-      plugin.check(plugin.params, plugin.group.empty() ? plugin.name : plugin.group,
-                   plugin.name == kind.chosen);
+      plugin.check(plugin.params, JoinKey(group, plugin.name), plugin.name == kind.chosen);
   };
-  check(estimators_);
-  check(controllers_);
+  check("estimator", estimators_);
+  check("control", controllers_);
 }
 
 }  // namespace turbidock::trial

@@ -1,8 +1,9 @@
 #pragma once
-// The controllers and pose estimators that a scenario may choose by `controller` and
-// `pose_estimator`, each with a group of keys: turbidock's own (built_in.cc) and those of a program
-// of one's own (plugin_of.h), registered alike. They are a value: which there are, which of them
-// are chosen, and their parameters, copied with the scenario that they belong to.
+// The controllers and pose estimators that a scenario may choose by `control.use` and
+// `estimator.use`, each with a group of keys beside it, `control.NAME` or `estimator.NAME`:
+// turbidock's own (built_in.cc) and those of a program of one's own (plugin_of.h), registered
+// alike. They are a value: which there are, which of them are chosen, and their parameters, copied
+// with the scenario that they belong to.
 
 #include <algorithm>
 #include <any>
@@ -70,8 +71,7 @@ struct SceneHooks {
 // What else may be said of an estimator.
 struct EstimatorTraits {
   std::string doc = "a pose estimator of this program's own";
-  // Of its keys, where it is not called after the estimator; empty: a scenario has none of them.
-  std::optional<std::string> group = std::nullopt;
+  bool has_keys = true;  // in a scenario
   SceneHooks scene{};
 };
 
@@ -79,8 +79,9 @@ class Plugins {
  public:
   Plugins();  // turbidock's own; the first of them are chosen
 
-  // A class of one's own, see plugin_of.h. `name` is its group of keys in a scenario: small
-  // letters, digits and underscores. ConfigError for a name that is taken or is none.
+  // A class of one's own, see plugin_of.h. `name` is its group of keys in a scenario, below
+  // `control` or `estimator`: small letters, digits and underscores. ConfigError for a name that is
+  // taken or is none.
   template <class Controller>
   void AddController(const std::string& name,
                      const std::string& doc = "a controller of this program's own");
@@ -140,12 +141,11 @@ class Plugins {
   std::unique_ptr<vision::PoseEstimator> MakeEstimator(const std::string& name,
                                                        const EstimatorSetup& setup) const;
 
-  const std::string& estimator_group() const { return estimators_.Named(estimator()).group; }
   // The chosen estimator's; those of all that have some.
   const SceneHooks& scene_hooks() const { return estimators_.Named(estimator()).scene; }
   std::vector<SceneHooks> all_scene_hooks() const;
 
-  // Adds `controller`, `pose_estimator` and the group of each to a scenario's keys.
+  // Adds `control.use`, `estimator.use` and the group of each to a scenario's keys.
   void AddTo(config::GroupRef* scenario);
   void Check() const;  // ConfigError
 
@@ -153,8 +153,8 @@ class Plugins {
   // Parameters of any type, what is made of them as they are now, and what is done with them.
   template <class Made, class... Args>
   struct Plugin {
-    std::string name, group, doc;
-    bool built_in;
+    std::string name, doc;
+    bool built_in, has_keys;
     std::string code;  // of the program that registered it, or what SetCode says
     std::any params, defaults;
     std::function<Made(const std::any&, Args...)> make;
@@ -182,8 +182,7 @@ class Plugins {
   };
   template <class Params, class Made, class... Args>
   Plugin<Made, Args...>* Insert(Kind<Plugin<Made, Args...>>* kind, const std::string& name,
-                                const std::string& group, const std::string& doc,
-                                const Params& defaults,
+                                const std::string& doc, bool has_keys, const Params& defaults,
                                 const std::function<Made(const Params&, Args...)>& make);
   void RequireNewName(const std::string& name) const;
   const std::any& Find(const std::type_info& params) const;

@@ -203,7 +203,7 @@ Playback PlaybackOf(const control::PlaybackParams& params, const VehicleModel& v
   const double from_s = rows.front().time_s, to_s = rows.back().time_s;
   for (Playback::Row& row : rows) row.time_s -= params.begin_s;
   if (rows.front().time_s > duration_s || rows.back().time_s < 0)
-    throw ConfigError("playback.begin_s",
+    throw ConfigError("control.playback.begin_s",
                       fmt::format("{} leaves no command for the trial's {} s: those of {} are from "
                                   "{} to {} s",
                                   FormatNumber(params.begin_s), FormatNumber(duration_s),
@@ -221,7 +221,7 @@ control::ControllerSpec PlaybackSpec(const control::PlaybackParams& params) {
 }
 
 vehicle::CurrentSeries CurrentOf(const vehicle::SeaParams& sea) {
-  const std::string& file = sea.current.series;
+  const std::string& file = sea.current.file;
   if (file.empty()) return {};
   const NumberTable table = config::ReadNumberTable(file);
   const std::vector<double>& times = config::TimesOf(table, file);

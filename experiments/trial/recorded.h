@@ -28,7 +28,7 @@ control::Playback PlaybackOf(const control::PlaybackParams& params,
 // The controller that they take the place of.
 control::ControllerSpec PlaybackSpec(const control::PlaybackParams& params);
 
-// The current of sea.current.series; nothing without one.
+// The current of sea.current.file; nothing without one.
 vehicle::CurrentSeries CurrentOf(const vehicle::SeaParams& sea);
 
 // The scenario's water.

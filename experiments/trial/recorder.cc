@@ -59,7 +59,7 @@ TrialRecorder::TrialRecorder(const Scenario& scenario)
     : scenario_(scenario), dock_contact_(scenario.jam) {
   const ClockParams& clock = scenario.clock;
   const int64_t most_frames =
-      clock.FramesFor(scenario.duration_s) + clock.FramesFor(scenario.docked_hold_s);
+      clock.FramesFor(scenario.duration_s) + clock.FramesFor(scenario.after_docked_s);
   result_.log.frames.reserve(static_cast<size_t>(std::min(most_frames, kReservedFrames)));
   result_.seed = scenario.seed;
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/algorithm/string/split.hpp>
 #include <optional>
 #include <utility>
 
@@ -19,8 +18,9 @@ namespace {
 using config::Assignment;
 
 // Beginnings of the keys that decide what is taken from the scene.
-constexpr std::array kDecidesTaken = {"model",       "vehicle_model", "station_model", "optics",
-                                      "ball_lights", "marker",        "pose_estimator"};
+constexpr std::array kDecidesTaken = {"trial.scene",    "vehicle.model", "station.model",
+                                      "cameras.optics", "lights.marker", "marker",
+                                      "estimator.use"};
 
 // What is known of the scene where nothing gives it: the marker's balls, and more by some
 // estimators. It follows from the other keys alone. The bundled scenes have the default marker:
@@ -47,7 +47,7 @@ struct Taken {
 };
 
 std::vector<Taken> AllTaken(const Plugins& plugins) {
-  std::vector<Taken> all = {{"marker_from_scene", {"marker.balls", "marker.box_m"}}};
+  std::vector<Taken> all = {{"marker.from_scene", {"marker.balls", "marker.box_m"}}};
   for (const SceneHooks& hooks : plugins.all_scene_hooks())
     all.push_back({hooks.flag, {hooks.part}});
   return all;
@@ -58,14 +58,7 @@ std::optional<config::YamlNode> ValueIn(const Assignment& layer, const std::stri
   if (!layer.key.empty() && layer.key.starts_with(key)) return layer.value;
   const std::string group = layer.key.empty() ? "" : layer.key + ".";
   if (!key.starts_with(group)) return std::nullopt;
-  std::vector<std::string> words;
-  boost::split(words, key.substr(group.size()), [](char c) { return c == '.'; });
-  std::optional<config::YamlNode> node = layer.value;
-  for (const std::string& word : words) {
-    node = node->IsMap() ? node->Find(word) : std::nullopt;
-    if (!node) return std::nullopt;
-  }
-  return node;
+  return layer.value.FindPath(key.substr(group.size()));
 }
 
 bool Says(const Scenario& scenario, const std::string& flag) {
@@ -102,7 +95,7 @@ class Resolver {
       return there != origins.end() && there->first.starts_with(key);
     };
     is_stale_ = is_stale_ || std::ranges::any_of(kDecidesTaken, decides) ||
-                decides(scenario_->plugins.estimator_group() + ".");
+                decides("estimator." + scenario_->plugins.estimator() + ".");
   }
 
   // A layer that gives parts of what is taken: they are set in the rest of it.

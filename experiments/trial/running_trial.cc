@@ -19,8 +19,9 @@ namespace {
 // The groups and keys that a running trial can follow, by the part of it that does.
 enum class Part { kOptics, kSea, kControl };
 constexpr std::pair<const char*, Part> kParts[] = {
-    {"water", Part::kOptics}, {"lamps", Part::kOptics},       {"ball_lights", Part::kOptics},
-    {"sea", Part::kSea},      {"controller", Part::kControl}, {"levelling", Part::kControl}};
+    {"water", Part::kOptics},         {"lights.lamps", Part::kOptics},
+    {"lights.marker", Part::kOptics}, {"sea", Part::kSea},
+    {"control.use", Part::kControl},  {"control.levelling", Part::kControl}};
 
 std::string KeyIn(const std::string& assignment) {
   return assignment.substr(0, assignment.find('='));
@@ -28,16 +29,18 @@ std::string KeyIn(const std::string& assignment) {
 
 // ConfigError for what no part follows.
 Part PartOf(const std::string& key, const Plugins& plugins) {
-  const std::string group = key.substr(0, key.find_first_of(".["));
+  const auto is_in = [&key](const std::string& name) {
+    return key == name || key.starts_with(name + ".") || key.starts_with(name + "[");
+  };
   std::vector<std::string> names;
   for (const auto& [name, part] : kParts) {
-    if (group == name) return part;
+    if (is_in(name)) return part;
     names.emplace_back(name);
   }
-  for (const std::string& name : plugins.controllers()) {
-    if (plugins.Spec(name).commands) continue;  // they are read when the trial begins
-    if (group == name) return Part::kControl;
-    names.push_back(name);
+  for (const std::string& controller : plugins.controllers()) {
+    if (plugins.Spec(controller).commands) continue;  // they are read when the trial begins
+    names.push_back(JoinKey("control", controller));
+    if (is_in(names.back())) return Part::kControl;
   }
   throw ConfigError(
       key, fmt::format("cannot change while the trial runs; {} can", fmt::join(names, ", ")));
@@ -174,8 +177,10 @@ Scenario Changed(const Scenario& settings, const std::string& assignment) {
   PartOf(KeyIn(assignment), settings.plugins);
   Resolve({config::ParseAssignment(assignment)}, &next);
   if (next.plays_back() != settings.plays_back() ||
-      next.sea.current.series != settings.sea.current.series)
+      next.sea.current.file.path != settings.sea.current.file.path)
     throw ConfigError(KeyIn(assignment), "what is read from a file cannot change while it runs");
+  if (config::TextOf(next, "water.snow") != config::TextOf(settings, "water.snow"))
+    throw ConfigError(KeyIn(assignment), "snow cannot change while the trial runs");
   return next;
 }
 

@@ -24,7 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // Without these a file would mean something else with every change of a default.
-constexpr std::array kRequired = {"schema_version", "seed", "duration_s", "model"};
+constexpr std::array kRequired = {"schema_version", "trial.seed", "trial.duration_s",
+                                  "trial.scene"};
 
 bool IsFile(const fs::path& path) {
   std::error_code ignored;
@@ -43,11 +44,11 @@ fs::path DataBeside(const std::string& vehicle_model) {
 std::string VehicleDataFile(const std::string& vehicle_model) {
   const fs::path data = DataBeside(vehicle_model);
   if (vehicle_model.ends_with(".urdf") || vehicle_model.ends_with(".xacro"))
-    throw ConfigError("vehicle_model", "'" + vehicle_model +
+    throw ConfigError("vehicle.model", "'" + vehicle_model +
                                            "' is a URDF; `turbidock check-vehicle FILE --mjcf "
                                            "NAME.xml` makes a vehicle of it");
   if (!IsFile(data))
-    throw ConfigError("vehicle_model", "'" + vehicle_model +
+    throw ConfigError("vehicle.model", "'" + vehicle_model +
                                            "' has no data beside it: " + data.string() +
                                            "; `turbidock check-vehicle` says what it is");
   return data.string();
@@ -62,9 +63,9 @@ void RequireNoOtherVehicle(const Scenario& scenario) {
                  data = fs::path(own).replace_extension(".yaml");
   if (IsFile(own) && IsFile(data) &&
       system::ReadWhole(data) != system::ReadWhole(DataBeside(standard)))
-    throw ConfigError("vehicle_model",
+    throw ConfigError("vehicle.model",
                       scenario.model.path + " has a " + standard.path +
-                          " beside it with data of its own: say vehicle_model: ./" + standard.path);
+                          " beside it with data of its own: say vehicle.model: ./" + standard.path);
 }
 
 // Faults of the same light multiply: however they flicker, it stays as bright as its keys allow.
@@ -78,7 +79,7 @@ void CheckBrightness(const std::vector<light::LightFault>& faults,
       same.push_back(fault);
     }
     try {
-      CheckFields(light::LightsAt(balls, same, faults[i].begin_s).balls, "optics.ball_lights");
+      CheckFields(light::LightsAt(balls, same, faults[i].begin_s).balls, "lights.marker");
     } catch (const ConfigError& error) {
       throw ConfigError(
           JoinKey(config::ElementPath(path, i), "factor"),
@@ -113,11 +114,11 @@ Scenario Beginning(const Plugins& plugins) {
   const auto begin_with = [](const std::string& data, auto* object) {
     config::ReadFields(config::LoadYaml(data), object, nullptr);
   };
-  scenario.Given("vehicle_model");
+  scenario.Given("vehicle.model");
   begin_with(config::AssetPath("rig_default.yaml"), &scenario.rig);
   scenario.marker = DefaultMarker();
   begin_with(config::AssetPath("gains.yaml"), &scenario);
-  scenario.Given("optics");
+  scenario.Given("cameras.optics");
   return scenario;
 }
 
@@ -173,11 +174,11 @@ Twist StartParams::V_WB_B() const {
 }
 
 void Scenario::Given(const std::string& key) {
-  if (key == "vehicle_model") {
+  if (key == "vehicle.model") {
     vehicle = {};
     config::ReadFields(config::LoadYaml(VehicleDataFile(vehicle_model)), &vehicle, nullptr);
     known_vehicle = vehicle;
-  } else if (key == "optics") {
+  } else if (key == "cameras.optics") {
     const config::YamlNode published = config::LoadYaml(config::AssetPath("optics.yaml"));
     std::vector<config::Assignment> values = {{"", published}};
     if (optics == OpticsPreset::kModernDigital) {
@@ -186,13 +187,13 @@ void Scenario::Given(const std::string& key) {
       AddCommon(config::ParseYaml(SaveScenario(defaults), "defaults"), published, &values);
     }
     config::SetLayers(values, this);
-  } else if (key == "approach.mode") {
+  } else if (key == "procedure.approach.mode") {
     // A pilot navigates by eye, and nobody else does.
     const bool by_hand = approach.mode == control::ApproachMode::kPilot;
     if (by_hand != (navigation.preset == vehicle::NavigationPreset::kPilot))
       navigation = vehicle::NavigationParams::Of(by_hand ? vehicle::NavigationPreset::kPilot
                                                          : vehicle::NavigationParams().preset);
-  } else if (key == "marker_from_scene") {
+  } else if (key == "marker.from_scene") {
     if (!marker_from_scene) TakeDefaultBalls();
   } else if (key.starts_with("marker.balls") || key.starts_with("marker.box_m")) {
     marker_from_scene = false;
@@ -214,13 +215,14 @@ std::unique_ptr<vision::PoseEstimator> Scenario::MakeEstimator(const std::string
 void Scenario::CheckApproach(const std::string& path) const {
   const bool by_eye = navigation.preset == vehicle::NavigationPreset::kPilot;
   if (by_eye != (approach.mode == control::ApproachMode::kPilot) && approach.on())
-    throw ConfigError(JoinKey(path, "navigation.preset"),
-                      fmt::format("{} and approach.mode = {} exclude each other: a pilot navigates "
-                                  "by eye, and nobody else does",
-                                  NameOf(navigation.preset), NameOf(approach.mode)));
+    throw ConfigError(
+        JoinKey(path, "navigation.preset"),
+        fmt::format("{} and procedure.approach.mode = {} exclude each other: a pilot navigates "
+                    "by eye, and nobody else does",
+                    NameOf(navigation.preset), NameOf(approach.mode)));
   if (approach.on() && !(approach.closest_x_m() > procedure.servo_x_m))
     throw ConfigError(
-        JoinKey(path, "approach.nearest_x_m"),
+        JoinKey(path, "procedure.approach.nearest_x_m"),
         fmt::format(
             "{} is inside the station: less closer_m each time it was not found it is {:.4g}, and "
             "must be beyond procedure.servo_x_m ({})",
@@ -240,9 +242,9 @@ void Scenario::Check(const std::string& path) const {
   CheckApproach(path);
   vision::CheckHues(marker, hue);
   if (clock.frames_per_second % camera_period_frames != 0)
-    throw ConfigError(JoinKey(path, "camera_period_frames"),
+    throw ConfigError(JoinKey(path, "cameras.period_frames"),
                       std::to_string(camera_period_frames) +
-                          " must divide clock.frames_per_second (" +
+                          " must divide trial.clock.frames_per_second (" +
                           std::to_string(clock.frames_per_second) + ")");
   const std::vector<light::BallLight>& balls = light.ball_lights.balls;
   const std::string lights = JoinKey(path, "faults.lights"), fish = JoinKey(path, "faults.fish");
@@ -252,8 +254,9 @@ void Scenario::Check(const std::string& path) const {
   for (size_t i = 0; i < faults.distractors.fish.size(); ++i)
     CheckShine(faults.distractors.fish[i].shines_as, balls, config::ElementPath(fish, i));
   if (pose_source == PoseSource::kTruePose && faults.seen())
-    throw ConfigError(JoinKey(path, "faults"),
-                      "with pose_source = true_pose only thrusters can fail: nothing is seen");
+    throw ConfigError(
+        JoinKey(path, "faults"),
+        "with estimator.pose_source = true_pose only thrusters can fail: nothing is seen");
 }
 
 Scenario PresetsOf(const Scenario& scenario) {
@@ -269,17 +272,18 @@ namespace {
 
 // A controller or an estimator that only another program has is said alone, without its keys.
 void RequirePlugins(const config::YamlNode& file, const Plugins& plugins) {
-  const auto require = [&file](const char* key, const std::vector<std::string>& known) {
-    const auto chosen = file.Find(key);
+  const auto require = [&file](const std::string& group, const std::vector<std::string>& known) {
+    const std::string key = group + ".use";
+    const auto chosen = file.FindPath(key);
     const std::string name = chosen ? chosen->Text().value_or("") : "";
-    if (!name.empty() && file.Find(name) && std::ranges::count(known, name) == 0)
+    if (!name.empty() && file.FindPath(group + "." + name) && std::ranges::count(known, name) == 0)
       throw ConfigError(fmt::format(
           "{}{} = '{}', must be one of {}; the program that wrote it (turbidock-ros for nodes of "
           "ROS, Python, or one of your own) has it",
           chosen->Where(), key, name, fmt::join(known, ", ")));
   };
-  require("controller", plugins.controllers());
-  require("pose_estimator", plugins.estimators());
+  require("control", plugins.controllers());
+  require("estimator", plugins.estimators());
 }
 
 }  // namespace
@@ -292,7 +296,7 @@ Scenario LoadScenario(const std::string& name, const std::vector<config::Assignm
     throw ConfigError(file.file + ": is a plan, no scenario; turbidock batch runs it");
   RequirePlugins(file, plugins);
   for (const char* key : kRequired)
-    if (!file.Find(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
+    if (!file.FindPath(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
   std::vector<config::Assignment> layers = {{"", file}};
   layers.insert(layers.end(), given.begin(), given.end());
   Scenario scenario = Beginning(plugins);
@@ -341,8 +345,8 @@ vehicle::SceneFiles SceneFilesOf(const Scenario& scenario) {
     files.parts[part] = PathOfModel(model);
     files.shared.erase(part);
   };
-  take_for("vehicle_model", defaults.vehicle_model, scenario.vehicle_model);
-  take_for("station_model", defaults.station_model, scenario.station_model);
+  take_for("vehicle.model", defaults.vehicle_model, scenario.vehicle_model);
+  take_for("station.model", defaults.station_model, scenario.station_model);
   return files;
 }
 
@@ -379,7 +383,8 @@ std::string SaveScenario(const Scenario& scenario) { return config::SaveYaml(sce
 
 std::string SaveResolved(Scenario scenario, const std::vector<ModelFile>& model_files) {
   scenario.model_files = model_files;
-  return "# All that decided a trial. A preset (vehicle_model, optics, ...) has done its work: "
+  return "# All that decided a trial. A preset (vehicle.model, cameras.optics, ...) has done its "
+         "work: "
          "what it stands\n"
          "# for follows here. Change it by --set.\n" +
          SaveScenario(scenario);

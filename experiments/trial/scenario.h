@@ -5,9 +5,11 @@
 //
 // Whoever sets a key of it, a file, --set, a plan, a gate, a study or Python, does so by Resolve.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "control/approach.h"
@@ -86,7 +88,7 @@ struct StartParams {
   Twist V_WB_B() const;
 };
 
-// What the keys of water, light, camera and hue begin with.
+// What keys of water, lights, cameras and estimator.hue begin with.
 enum class OpticsPreset {
   kPublished,      // assets/optics.yaml: the published rig, as its tables and pictures say
   kModernDigital,  // the keys' own defaults: a good digital camera of today, lamps and balls to
@@ -175,7 +177,7 @@ struct Scenario {
   int camera_delay_frames = 1;
   double camera_drop_probability = 0;
   bool region_of_interest = true;
-  double docked_hold_s = 1;
+  double after_docked_s = 1;
   OpticsPreset optics = OpticsPreset::kPublished;
   view::GlBackend renderer = view::GlBackend::kOsmesa;
   bool marker_from_scene = true;
@@ -185,7 +187,7 @@ struct Scenario {
   StartParams start;
   vehicle::SeaParams sea;
   vehicle::MooringParams mooring;
-  light::OpticsParams light;  // keys water, lamps, ball_lights, shading
+  light::OpticsParams light;  // keys water and lights
   RigParams rig;
   camera::SensorParams sensor;
   light::SnowParams snow;
@@ -203,86 +205,101 @@ struct Scenario {
   vehicle::VehicleData known_vehicle;  // as the controller knows it
   JamParams jam;
   Faults faults;
-  Plugins plugins;          // keys controller, pose_estimator and a group of each one's
+  Plugins plugins;          // keys control.use, estimator.use and a group of each one's
   config::GivenKeys given;  // no keys of its own
+
+  // Keys are in groups, whatever struct a member is in.
+  static constexpr std::array<std::pair<const char*, const char*>, 14> kGroups = {
+      {{"trial", "trial: scene, seed, end, clock and drawing"},
+       {"start", "start of the vehicle: its place, attitude and speed"},
+       {"vehicle", "vehicle: mass, forces of the water, thrusters and contact"},
+       {"station", "station that the vehicle docks at, and its motion on a mooring"},
+       {"sea", "sea: motion of the water by current and waves"},
+       {"water", "water: its effect on light"},
+       {"lights", "lights: lamps of the vehicle, light in the balls of the marker"},
+       {"cameras", "cameras: their rig, lenses, electronics and times"},
+       {"marker", "marker as the estimator knows it"},
+       {"estimator", "estimator that finds the marker in the images, or what is in its place"},
+       {"navigation", "navigation that tells the vehicle's position and attitude"},
+       {"procedure", "procedure of docking, stage by stage"},
+       {"control", "control: what steers the vehicle by the estimate"},
+       {"faults", "faults: what goes wrong, and when"}}};
 
   static void Fields(auto& self, auto&& field) {
     field("schema_version", self.schema_version, InRange(kScenarioSchema, kScenarioSchema),
           "version of the scenario's keys");
     field("description", self.description, Finite(), "description in one line, for people");
-    field("seed", self.seed, AtLeast(0),
-          "number from which all random streams of the trial are drawn");
-    field("duration_s", self.duration_s, InRange(0.001, 86400),
-          "simulated time after which the trial ends");
-    field("model", self.model, Finite(),
+    field("trial.scene", self.model, Finite(),
           "MJCF file of the scene: a bundled one, or a path from the scenario's folder");
-    field("vehicle_model", self.vehicle_model, Finite(),
-          "MJCF file to be taken for the scene's vehicle.xml, its data (NAME.yaml) beside it: a "
-          "bundled one, or a path from the scenario's folder");
-    field("station_model", self.station_model, Finite(),
-          "MJCF file to be taken for the scene's station.xml: a bundled one, or a path from the "
-          "scenario's folder");
-    field("model_files", self.model_files, Finite(),
-          "files that the resolved scenario was made from");
-    field("camera_period_frames", self.camera_period_frames, InRange(1, 240),
-          "number of frames from one exposure to the next; the command holds in between");
-    field("camera_drop_probability", self.camera_drop_probability, InRange(0, 0.99),
-          "share of the images that never arrive at the estimator");
-    field("camera_delay_frames", self.camera_delay_frames, InRange(0, 30),
-          "number of frames from exposure until the estimator has the image");
-    field("region_of_interest", self.region_of_interest, Finite(),
+    field("trial.seed", self.seed, AtLeast(0),
+          "number from which all random streams of the trial are drawn");
+    field("trial.duration_s", self.duration_s, InRange(0.001, 86400),
+          "simulated time after which the trial ends");
+    field("trial.after_docked_s", self.after_docked_s, InRange(0, 60),
+          "time for which the vehicle holds the last pose once docked, before the trial ends");
+    field("trial.jam", self.jam, Finite(), "jam: when the pole counts as jammed in the dock");
+    field("trial.clock", self.clock, Finite(), "clock: frames and physics steps");
+    field("trial.renderer", self.renderer, Range{},
+          "library that draws the images; where this machine lacks it, the other is used");
+    field("trial.region_of_interest", self.region_of_interest, Finite(),
           "whether only those pixels are made that the estimator can read, which does not change "
           "the result");
-    field("docked_hold_s", self.docked_hold_s, InRange(0, 60),
-          "time the vehicle holds the last pose once docked, before the trial ends");
-    field("optics", self.optics, Range{},
-          "sets the keys of water, light, camera and hue: to the published rig's, or to those of a "
-          "digital camera of today");
-    field("renderer", self.renderer, Range{},
-          "library that draws the images; where this machine lacks it, the other is used");
-    field("marker_may_differ", self.marker_may_differ, Range{},
-          "whether to run although the marker as the estimator knows it is not the scene's");
-    field("clock", self.clock, Finite(), "clock: frames and physics steps");
-    field("start", self.start, Finite(), "start of the vehicle: its place, attitude and speed");
-    field("sea", self.sea, Finite(), "sea: motion of the water by current and waves");
-    field("mooring", self.mooring, Finite(), "mooring: motion of the station");
-    field("water", self.light.water, Finite(), "water: its effect on light");
-    field("lamps", self.light.lamps, Finite(), "lamps of the vehicle");
-    field("ball_lights", self.light.ball_lights, Finite(), "light in the marker's balls");
-    field("shading", self.light.shading, Finite(), "accuracy with which light is computed");
-    field("rig", self.rig, Finite(), "stereo rig of two cameras");
-    field("sensor", self.sensor, Finite(), "electronics of the cameras");
-    field("snow", self.snow, Finite(), "marine snow: particles seen one by one");
-    field("lens", self.lens, Finite(),
+    field("trial.model_files", self.model_files, Finite(),
+          "files that the resolved scenario was made from");
+    field("start", self.start, Finite(), "");
+    field("vehicle.model", self.vehicle_model, Finite(),
+          "MJCF file to be taken for the scene's vehicle.xml, its data (NAME.yaml) beside it: a "
+          "bundled one, or a path from the scenario's folder");
+    field("vehicle", self.vehicle, Finite(), "");
+    field("station.model", self.station_model, Finite(),
+          "MJCF file to be taken for the scene's station.xml: a bundled one, or a path from the "
+          "scenario's folder");
+    field("station.mooring", self.mooring, Finite(), "mooring: motion of the station");
+    field("sea", self.sea, Finite(), "");
+    field("water", self.light.water, Finite(), "");
+    field("water.snow", self.snow, Finite(), "marine snow: particles seen one by one");
+    field("lights.lamps", self.light.lamps, Finite(), "lamps of the vehicle");
+    field("lights.marker", self.light.ball_lights, Finite(), "light in the marker's balls");
+    field("lights.shading", self.light.shading, Finite(), "accuracy with which light is computed");
+    field("cameras.optics", self.optics, Range{},
+          "sets keys of water, lights, cameras.sensor and estimator.hue: to the published rig's, "
+          "or to those of a digital camera of today");
+    field("cameras.rig", self.rig, Finite(), "stereo rig of two cameras");
+    field("cameras.sensor", self.sensor, Finite(), "electronics of the cameras");
+    field("cameras.lens", self.lens, Finite(),
           "lens distortion, radial, that the estimator does not know of");
-    field("marker", self.marker, Finite(), "the marker as the estimator knows it");
-    field("marker_from_scene", self.marker_from_scene, Range{},
+    field("cameras.period_frames", self.camera_period_frames, InRange(1, 240),
+          "number of frames from one exposure to the next; the command holds in between");
+    field("cameras.delay_frames", self.camera_delay_frames, InRange(0, 30),
+          "number of frames from exposure until the estimator has the image");
+    field("cameras.drop_probability", self.camera_drop_probability, InRange(0, 0.99),
+          "share of the images that never arrive at the estimator");
+    field("marker.from_scene", self.marker_from_scene, Range{},
           "sets marker.balls and marker.box_m: to the scene's where that is no bundled one, or to "
           "those of the bundled ones; giving either says no");
-    field("hue", self.hue, Finite(), "hue matching: which pixels agree with a ball");
-    field("pose_source", self.pose_source, Finite(),
+    field("marker.may_differ", self.marker_may_differ, Range{},
+          "whether to run although the marker as the estimator knows it is not the scene's");
+    field("marker", self.marker, Finite(), "");
+    field("estimator.hue", self.hue, Finite(), "hue matching: which pixels agree with a ball");
+    field("estimator.pose_source", self.pose_source, Finite(),
           "source of the autopilot's pose: the cameras through the estimator, or the true pose "
           "with noise");
-    field("true_pose", self.true_pose, Finite(),
-          "noise on the true pose, for pose_source: true_pose");
-    field("procedure", self.procedure, Finite(), "procedure of docking, stage by stage");
-    field("approach", self.approach, Finite(), "approach to where the marker is found");
-    field("levelling", self.levelling, Finite(),
+    field("estimator.true_pose", self.true_pose, Finite(),
+          "noise on the true pose, for estimator.pose_source: true_pose");
+    field("navigation", self.navigation, Finite(), "");
+    field("navigation.attitude_sensor", self.attitude_sensor, Finite(), "sensor of roll and pitch");
+    field("procedure", self.procedure, Finite(), "");
+    field("procedure.approach", self.approach, Finite(), "approach to where the marker is found");
+    field("control.levelling", self.levelling, Finite(),
           "levelling of roll and pitch, of a vehicle that can");
-    field("attitude_sensor", self.attitude_sensor, Finite(), "sensor of roll and pitch");
-    field("navigation", self.navigation, Finite(),
-          "navigation that tells the vehicle's position, for an approach");
-    field("vehicle", self.vehicle, Finite(),
-          "vehicle: mass, forces of the water, thrusters and contact");
-    field("known_vehicle", self.known_vehicle, Finite(),
+    field("control.known_vehicle", self.known_vehicle, Finite(),
           "vehicle as the controller knows it: the data of its file, whatever `vehicle` says");
-    field("jam", self.jam, Finite(), "jam: when the pole counts as jammed in the dock");
-    field("faults", self.faults, Finite(), "faults: what goes wrong, and when");
+    field("faults", self.faults, Finite(), "");
   }
   void MoreFields(config::GroupRef* group) { plugins.AddTo(group); }
   // Keys that stand for others set them where they are given; what is given later counts.
-  static constexpr std::array kPresets = {"vehicle_model", "optics", "marker_from_scene",
-                                          "approach.mode"};
+  static constexpr std::array kPresets = {"vehicle.model", "cameras.optics", "marker.from_scene",
+                                          "procedure.approach.mode"};
   void Given(const std::string& key);
   void TakeDefaultBalls();  // as the bundled scenes have them
   void Check(const std::string& path) const;
@@ -323,7 +340,7 @@ void Resolve(const std::vector<config::Assignment>& given, Scenario* scenario);
 // and optics.yaml, the file, the gains file if there is one, the assignments
 // ("water.milk_ml_m3=20"). `name` is a file or a bundled scenario's name. ConfigError for whatever
 // is wrong in them. A gains file holds any keys of a scenario but commonly those of the controller.
-// `plugins` are what else `controller` and `pose_estimator` may name; they stay with the scenario.
+// `plugins` are what else `control.use` and `estimator.use` may name; they stay with the scenario.
 // The marker's balls, where nothing gives them, are those of the scene; so is what else
 // the chosen estimator knows of it.
 Scenario LoadScenario(const std::string& name, const std::vector<std::string>& assignments,

@@ -70,7 +70,7 @@ void RequireInScene(const std::vector<MarkerPart>& known, const std::vector<Mark
   constexpr double kTol_m = 1e-3, kTol_rad = 0.02;
   for (const MarkerPart& part : known) {
     const auto fail = [&](const std::string& problem) {
-      throw ConfigError(key, fmt::format("{} {} ({}); set marker_may_differ to run all the same",
+      throw ConfigError(key, fmt::format("{} {} ({}); set marker.may_differ to run all the same",
                                          part.name, problem, model));
     };
     const auto found = std::ranges::find(real, part.name, &MarkerPart::name);
@@ -100,8 +100,8 @@ void RequireFamily(vision::TagFamily known, const std::vector<vehicle::TagInScen
     if (IsOf(known, tag, scene)) continue;
     for (const auto& [family, name] : EnumNames<vision::TagFamily>::kNames)
       if (IsOf(family, tag, scene))
-        throw ConfigError("fiducial.family",
-                          fmt::format("tag {} of the scene is one of {}; set marker_may_differ to "
+        throw ConfigError("estimator.fiducial.family",
+                          fmt::format("tag {} of the scene is one of {}; set marker.may_differ to "
                                       "run all the same",
                                       tag.id, name));
   }
@@ -143,7 +143,7 @@ void TakeBalls(const vehicle::Scene& scene, Scenario* scenario) {
   try {
     vision::CheckHues(marker, scenario->hue);
   } catch (const ConfigError& error) {
-    throw ConfigError("ball_lights.balls",
+    throw ConfigError("lights.marker.balls",
                       fmt::format("has no light for {}, which is known by its paint: {}",
                                   fmt::join(unlit, ", "), error.problem()));
   }
@@ -168,8 +168,9 @@ void TakeTags(const vehicle::Scene* scene, Scenario* scenario) {
     tag.size_m = std::round(real.size_m * 1e6) / 1e6;
   }
   if (tags.empty())
-    throw ConfigError("fiducial.tags", "there is no tag to read in " + scenario->model.path +
-                                           ": it has no site tag_*, as fiducial.xml has them");
+    throw ConfigError("estimator.fiducial.tags",
+                      "there is no tag to read in " + scenario->model.path +
+                          ": it has no site tag_*, as fiducial.xml has them");
 }
 
 void CheckTags(const Scenario& scenario, const vehicle::Scene& scene) {
@@ -179,7 +180,7 @@ void CheckTags(const Scenario& scenario, const vehicle::Scene& scene) {
   const std::vector<vehicle::TagInScene> tags = vehicle::TagsOf(scene);
   for (const vehicle::TagInScene& tag : tags)
     real.push_back({fmt::format("tag {}", tag.id), tag.X_MT.p, tag.size_m, tag.X_MT.q});
-  RequireInScene(known, real, "fiducial.tags", scenario.model);
+  RequireInScene(known, real, "estimator.fiducial.tags", scenario.model);
   RequireFamily(scenario.plugins.ParamsOf<vision::FiducialParams>().family, tags, scene);
 }
 
@@ -229,7 +230,7 @@ void CheckMarker(const Scenario& scenario, const vehicle::Scene& scene) {
     if (std::ranges::find(known, ball.name, &MarkerPart::name) == known.end())
       throw ConfigError("marker.balls", ball.name + " of the scene is not known (" +
                                             scenario.model.path +
-                                            "); set marker_may_differ to run all the same");
+                                            "); set marker.may_differ to run all the same");
   if (const auto check = scenario.plugins.scene_hooks().check) check(scenario, scene);
 }
 

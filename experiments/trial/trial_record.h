@@ -243,7 +243,7 @@ struct TrialRecord {
           "true error at time_s: marker in the camera head less the desired pose");
     field("final_error_estimated", self.final_error_estimated,
           kMetric.As("final_error_estimated_{}"),
-          "estimated error at time_s, of an image camera_delay_frames older: marker in the camera "
+          "estimated error at time_s, of an image cameras.delay_frames older: marker in the camera "
           "head less the desired pose");
     field("estimator", self.estimator, kReport,
           "estimator that made the estimates, by name, or true_pose");

@@ -108,13 +108,14 @@ Section Settings(const Scenario& scenario) {
   for (const auto& [key, value] : ValuesOf(PresetsOf(scenario))) defaults[key] = value;
   const auto usual_presets = ValuesOf(Scenario());
   for (const auto& [key, value] : usual_presets)
-    if (key == "vehicle_model" || key == "optics") defaults[key] = value;
+    if (key == "vehicle.model" || key == "cameras.optics") defaults[key] = value;
   report::Table table({"<key", "<here", "<default"});
   for (const auto& [key, value] : ValuesOf(scenario)) {
     // no scenario is without these: they have no default; of files a digest says nothing to people
-    if (key == "schema_version" || key == "description" || key == "seed" || key == "model_files")
+    if (key == "schema_version" || key == "description" || key == "trial.seed" ||
+        key == "trial.model_files")
       continue;
-    if (key == "duration_s" || key == "model") defaults[key].clear();
+    if (key == "trial.duration_s" || key == "trial.scene") defaults[key].clear();
     const std::string& usual = defaults[key];
     if (usual != value) table.Row({key, value, usual.empty() ? "-" : usual});
   }

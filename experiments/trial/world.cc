@@ -30,7 +30,7 @@ void CheckLamps(const Scenario& scenario, const vehicle::Scene& scene) {
   for (const Pose& X_HE_of_scene : light::LampPoses(scene)) {
     const double ahead_m = light::PlaceLamp(X_HE_of_scene, scenario.light.lamps).p.x();
     if (scenario.light.lamps.enabled && ahead_m >= docked_x_m)
-      throw ConfigError("lamps.shift_m",
+      throw ConfigError("lights.lamps.shift_m",
                         fmt::format("puts a lamp {:.3g} m ahead of the cameras, behind the marker "
                                     "of a docked vehicle (procedure.docked_x_m: {})",
                                     ahead_m, FormatNumber(docked_x_m)));
@@ -242,7 +242,7 @@ control::VehicleModel ModelOf(const vehicle::VehicleData& known, const vehicle::
   model.thruster_lag_s = 0;
   model.head_ahead_m = scene.X_BH.p.x();
   const std::vector<std::string> names = NamesOf(scene.thrusters);
-  const auto kinds = known.thrusters.Of(names, "known_vehicle.thrusters");
+  const auto kinds = known.thrusters.Of(names, "control.known_vehicle.thrusters");
   const PerThruster effectiveness = known.thrusters.Effectiveness(names.size());
   for (size_t i = 0; i < names.size(); ++i) {
     model.thrusters.push_back({.name = names[i],

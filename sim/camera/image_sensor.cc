@@ -175,7 +175,7 @@ void Interleave(int count, const float* __restrict red, const float* __restrict 
 ImageSensor::ImageSensor(const SensorParams& params, uint64_t left_key, uint64_t right_key,
                          int line_px)
     : params_(params), keys_{left_key, right_key}, video_(params, line_px) {
-  CheckFields(params, "sensor");
+  CheckFields(params, "cameras.sensor");
 }
 
 void ImageSensor::Amplify(const Amplification& amplification) {

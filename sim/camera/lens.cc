@@ -30,16 +30,16 @@ double LargestRadius(const CameraIntrinsics& camera) {
 }  // namespace
 
 StereoLens::StereoLens(const LensParams& params, const StereoRig& rig) {
-  CheckFields(params, "lens");
+  CheckFields(params, "cameras.lens");
   if (params.k1 == 0 && params.k2 == 0) return;
   for (const Side side : kSides) {
     const double corner = LargestRadius(rig[side]);
     // what is seen in the corner may lie far outside a pinhole's picture
     for (double r = 0; Seen(params, r) < corner; r += 0.01 * corner)
       if (Slope(params, r) <= kMinSlope)
-        throw ConfigError("lens.k1", FormatNumber(params.k1) +
-                                         " with k2 = " + FormatNumber(params.k2) +
-                                         " must not fold the image over inside its corners");
+        throw ConfigError("cameras.lens.k1",
+                          FormatNumber(params.k1) + " with k2 = " + FormatNumber(params.k2) +
+                              " must not fold the image over inside its corners");
     sources_[side] = Sources(params, rig[side]);
   }
 }

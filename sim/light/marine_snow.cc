@@ -189,7 +189,7 @@ void FindImages(const MountedCamera& camera, const SnowParams& params,
 
 MarineSnow::MarineSnow(const SnowParams& params, double frame_s, uint64_t key)
     : params_(params), frame_s_(frame_s) {
-  CheckFields(params, "snow");
+  CheckFields(params, "water.snow");
   const auto count =
       static_cast<size_t>(std::lround(params.particles_per_m3 * kCube_m * kCube_m * kCube_m));
   Rng rng(key, 0);
@@ -214,7 +214,7 @@ void MarineSnow::Fall(const view::RenderedStereo& seen, const StereoRegion& regi
   if (!on()) return;
   seen_ = &seen;
   region_ = region;
-  const double sunk_m = params_.sink_m_s * frame_s_ * static_cast<double>(frame);
+  const double sunk_m = params_.sink_mps * frame_s_ * static_cast<double>(frame);
   Gather(seen.X_WH, water->rig(), seen.drift_m - sunk_m * Eigen::Vector3d::UnitZ());
   irradiance_w_m2_.resize(p_HF_.size());
   water->IrradianceFromAllSides(p_HF_, irradiance_w_m2_);

@@ -29,7 +29,7 @@ struct SnowParams {
   double particles_per_m3 = 0;
   // Marine snow is larger than 0.5 mm and sinks some 50 to 100 m a day (Alldredge & Silver 1988).
   double diameter_m = 0.001;
-  double sink_m_s = 0.001;
+  double sink_mps = 0.001;
   double albedo = 0.3;  // a guess
 
   static void Fields(auto& self, auto&& field) {
@@ -37,7 +37,7 @@ struct SnowParams {
           "number of particles of marine snow in a cubic metre of water; 0: none");
     field("diameter_m", self.diameter_m, InRange(1e-4, 0.02),
           "diameter of a particle of marine snow");
-    field("sink_m_s", self.sink_m_s, InRange(0, 0.1), "speed at which marine snow sinks");
+    field("sink_mps", self.sink_mps, InRange(0, 0.1), "speed at which marine snow sinks");
     field("albedo", self.albedo, InRange(0, 1),
           "share of light that a particle of marine snow throws back");
   }

@@ -190,9 +190,9 @@ struct OpticsParams {
 
   static void Fields(auto& self, auto&& field) {
     field("water", self.water, Finite(), "water: what it absorbs and scatters");
-    field("lamps", self.lamps, Finite(), "the vehicle's lamps");
-    field("ball_lights", self.ball_lights, Finite(), "the light in the marker's balls");
-    field("shading", self.shading, Finite(), "how exactly light is computed");
+    field("lights.lamps", self.lamps, Finite(), "the vehicle's lamps");
+    field("lights.marker", self.ball_lights, Finite(), "the light in the marker's balls");
+    field("lights.shading", self.shading, Finite(), "how exactly light is computed");
   }
 };
 

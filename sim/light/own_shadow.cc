@@ -92,7 +92,7 @@ std::vector<Surface> PartsBefore(const SurfaceTable& surfaces, const Pose& X_HE_
     if (part.fixed_to != FixedTo::kVehicle || Hides(part, X_HE_of_scene.p, X_HE_of_scene.p))
       continue;
     if (Hides(part, X_HE.p, X_HE.p))
-      throw ConfigError("lamps.shift_m", "puts a lamp into the vehicle's " + part.name);
+      throw ConfigError("lights.lamps.shift_m", "puts a lamp into the vehicle's " + part.name);
     if (part.shades_lamps) parts.push_back(part);
   }
   return parts;

@@ -60,7 +60,7 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
       cameras_(rig.Each([](const MountedCamera& camera) {
         return Camera{camera, RayFrame(camera), {}, {}, {}, {}, {}};
       })) {
-  CheckFields(params_, "optics");
+  CheckFields(params_, "");
   medium_ = MakeMedium(params_.water);
   image_loss_per_m_ = medium_.image_loss_per_m().cast<float>();
   lighting_loss_per_m_ = medium_.lighting_loss_per_m().cast<float>();
@@ -82,7 +82,7 @@ Water::Water(const OpticsParams& params, const StereoRig& rig, const SurfaceTabl
       LitBall ball;
       ball.geom = surfaces_.Find("ball_" + light.name);
       if (ball.geom < 0 || surfaces_[ball.geom].shape != Shape::kSphere)
-        throw ConfigError("ball_lights.balls[" + std::to_string(i) + "].name",
+        throw ConfigError("lights.marker.balls[" + std::to_string(i) + "].name",
                           "the scene has no sphere ball_" + light.name);
       const Rgb color = light.current_factor * light.color.array();
       const Rgb rim_w_m2_sr = lights.rim_radiance_w_m2_sr * color;

@@ -14,7 +14,7 @@ Eigen::Vector2d TwoNormals(Rng* rng) {
 
 AttitudeSensor::AttitudeSensor(const AttitudeSensorParams& params, Rng rng)
     : params_(params), rng_(rng), bias_rad_(params.bias_std_rad * TwoNormals(&rng_)) {
-  CheckFields(params, "attitude_sensor");
+  CheckFields(params, "navigation.attitude_sensor");
 }
 
 Attitude AttitudeSensor::Read(const Pose& X_WB, const Twist& V_WB_B) {

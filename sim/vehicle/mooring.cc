@@ -13,7 +13,7 @@ constexpr double kTurn_rad = 2 * std::numbers::pi;
 
 Mooring::Mooring(const MooringParams& params, double heading_rad, Rng rng)
     : params_(params), heading_rad_(heading_rad) {
-  CheckFields(params, "mooring");
+  CheckFields(params, "station.mooring");
   for (double& phase_rad : phase_rad_) phase_rad = rng.Uniform(0, kTurn_rad);
 }
 

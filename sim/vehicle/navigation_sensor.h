@@ -58,8 +58,8 @@ struct NavigationParams {
 
   static void Fields(auto& self, auto&& field) {
     field("preset", self.preset, Range{},
-          "sets all other keys of navigation: dvl, usbl, dead_reckoning, pilot, or never (it "
-          "reports nothing)");
+          "sets all other keys of navigation but its attitude_sensor: dvl, usbl, dead_reckoning, "
+          "pilot, or never (it reports nothing)");
     field("position_bias_std_m", self.position_bias_std_m, InRange(0, 10),
           "navigation: standard deviation of a trial's constant error of position, along each "
           "horizontal axis");

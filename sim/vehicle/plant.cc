@@ -44,7 +44,7 @@ Plant::Plant(const Scene& scene, const VehicleParams& params, const ClockParams&
       thrusters_(params.thrusters.Of(NamesOf(scene.thrusters), "vehicle.thrusters"),
                  params.thrusters.Effectiveness(scene.thrusters.size())) {
   CheckFields(params, "vehicle");
-  CheckFields(clock, "clock");
+  CheckFields(clock, "trial.clock");
   TD_CHECK(scene.model && scene.vehicle_body > 0, "the scene has no vehicle");
   CheckModel();
   CheckMooredBody();
@@ -97,7 +97,7 @@ void Plant::CheckMooredBody() const {
   const MooringParams& params = initial_mooring_.params();
   const auto require = [](bool moves, int joint, const char* key, const char* name) {
     if (moves && joint < 0)
-      throw ConfigError(std::string("mooring.") + key,
+      throw ConfigError(std::string("station.mooring.") + key,
                         "needs a scene whose station stands on a joint " + std::string(name) +
                             ", such as sea_moored_active.xml");
   };

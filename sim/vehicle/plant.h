@@ -53,8 +53,8 @@ class Plant {
   // The parameters are checked (ConfigError). The mass and inertia of the vehicle's body and of
   // whatever is fixed to it give way to the parameters', and so do friction and bounce of pole and
   // dock (against anything else MuJoCo takes the larger friction and the mean bounce). A scene
-  // without thrusters, dock or pole is allowed. The station moves as `mooring` says, for which the
-  // scene must have the joints (ConfigError).
+  // without thrusters, dock or pole is allowed. The station moves as `station.mooring` says, for
+  // which the scene must have the joints (ConfigError).
   Plant(const Scene& scene, const VehicleParams& params, const ClockParams& clock, const Sea& sea,
         const Mooring& mooring = {});
 

@@ -45,7 +45,8 @@ constexpr ModelName kModelNames[] = {
      "where there are any: a fiducial tag, fixed to the marker, named by its number; a box whose "
      "half sizes in y and z are those of its black square; x into it, z up as it is printed"},
     {"moored body", "joint", "mooring_x",
-     "slides the body that holds station and marker along W's x, as mooring.* says; needed where "
+     "slides the body that holds station and marker along W's x, as station.mooring.* says; needed "
+     "where "
      "it does"},
     {"moored body", "joint", "mooring_y", "likewise along W's y"},
     {"moored body", "joint", "mooring_yaw", "turns it about W's z; the last of its joints"},
@@ -341,7 +342,7 @@ std::vector<std::string> NamesOf(const std::vector<ThrusterInScene>& thrusters) 
 
 Scene LoadScene(const SceneFiles& files, const RigParams& rig) {
   InstallMujocoHandlers();
-  CheckFields(rig, "rig");
+  CheckFields(rig, "cameras.rig");
   Scene scene;
   scene.model = ReadModel(files);
   scene.rig = rig.MakeRig();

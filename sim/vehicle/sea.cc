@@ -60,9 +60,9 @@ Vector3d ValueAt(const CurrentSeries& series, double time_s) {
 }  // namespace
 
 void CurrentParams::Check(const std::string& path) const {
-  if (!series.empty() && !surface_velocity_mps.isZero(0))
+  if (!file.empty() && !surface_velocity_mps.isZero(0))
     throw ConfigError(JoinKey(path, "surface_velocity_mps"),
-                      "must be zero where there is a series, which is in its place");
+                      "must be zero where there is a file, which is in its place");
 }
 
 Sea::Sea(const SeaParams& params, Rng rng, CurrentSeries measured)

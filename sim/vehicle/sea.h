@@ -15,7 +15,7 @@ namespace turbidock::vehicle {
 // Water that moves past without asking the vehicle.
 struct CurrentParams {
   Eigen::Vector3d surface_velocity_mps{0, 0, 0};
-  InputFile series = {};
+  InputFile file = {};
   double decay_depth_m = 0;
   double gust_std_mps = 0;
   double gust_time_constant_s = 10;
@@ -23,7 +23,7 @@ struct CurrentParams {
   static void Fields(auto& self, auto&& field) {
     field("surface_velocity_mps", self.surface_velocity_mps, InRange(-5, 5),
           "mean current at the surface: x, y, z in the world's frame W");
-    field("series", self.series, Finite(),
+    field("file", self.file, Finite(),
           "CSV of a measured current at the surface, in place of surface_velocity_mps: columns "
           "time_s, water_x_mps, water_y_mps and perhaps water_z_mps, in the world's frame W, or "
           "speed_mps and direction_rad (towards which it runs, from W's x towards y); linear "
@@ -35,7 +35,7 @@ struct CurrentParams {
     field("gust_time_constant_s", self.gust_time_constant_s, Above(0),
           "time in which the correlation of the current's gusts falls to 1/e");
   }
-  void Check(const std::string& path) const;  // one of mean and series
+  void Check(const std::string& path) const;  // one of mean and file
 };
 
 // A current that was measured: in W, linear from one row to the next, held at both ends.
@@ -170,7 +170,7 @@ struct WaterMotion {
 class Sea {
  public:
   Sea() = default;  // still water
-  // `measured`: what the parameters' series holds; its times must increase.
+  // `measured`: what the parameters' file holds; its times must increase.
   Sea(const SeaParams& params, Rng rng, CurrentSeries measured = {});
 
   // Becomes another sea in mid-sea: its waves are those it would have had from the beginning, the

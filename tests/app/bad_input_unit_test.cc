@@ -36,9 +36,10 @@ class BadInput : public OwnFolder {
 
   // A batch's file with two trials.
   std::string Batch(const std::string& name) const {
-    const std::string plan = File("two.yaml",
-                                  "schema_version: 1\nscenario: pool_active\nseeds: 2\n"
-                                  "set: {pose_source: true_pose, duration_s: 0.1}\n");
+    const std::string plan =
+        File("two.yaml",
+             "schema_version: 1\nscenario: pool_active\nseeds: 2\n"
+             "set: {estimator.pose_source: true_pose, trial.duration_s: 0.1}\n");
     EXPECT_EQ(RunProgram({"batch", plan, "--out", File(name), "--quiet"}).exit_code, 0);
     return File(name);
   }
@@ -82,8 +83,9 @@ TEST_F(BadInput, AnOutputIsNoInput) {
           left + ":" + read);
   const std::string table = File("t.csv", "milk_ml_m3,distance_mm,fitness_mean\n0,400,0.9\n");
   Refused({"calibrate", "--active", table, "--out", table}, table + ":" + read);
-  const std::string scenario = File(
-      "resolved.yaml", "schema_version: 1\nseed: 3\nduration_s: 0.2\nmodel: pool_active.xml\n");
+  const std::string scenario =
+      File("resolved.yaml",
+           "schema_version: 1\ntrial: {seed: 3, duration_s: 0.2, scene: pool_active.xml}\n");
   Refused({"run", scenario, "--out", folder_.string()}, scenario + ":" + read);
   const std::string plan = File("plan.yaml", "schema_version: 1\nscenario: pool_active\n");
   Refused({"batch", plan, "--out", plan}, plan + ":" + read);
@@ -102,16 +104,16 @@ TEST_F(BadInput, AnOutputIsNoInput) {
 TEST_F(BadInput, WhatIsNobodysOutputIsNotReplaced) {
   const std::string plan = File("plan.yaml",
                                 "schema_version: 1\nscenario: s.html\nseeds: 1\n"
-                                "set: {pose_source: true_pose, duration_s: 0.1}\n");
-  const std::string scenario =
-      File("s.html", "schema_version: 1\nseed: 1\nduration_s: 1\nmodel: pool_active.xml\n");
+                                "set: {estimator.pose_source: true_pose, trial.duration_s: 0.1}\n");
+  const std::string scenario = File(
+      "s.html", "schema_version: 1\ntrial: {seed: 1, duration_s: 1, scene: pool_active.xml}\n");
   Refused({"batch", plan, "--out", File("s.db")}, scenario + ": is read by this command");
   const std::string page = File("x.html", "<!doctype html>\n<p>mine</p>\n");
   Refused({"batch", plan, "--out", File("x.db")}, page + ": is no page of this program and is not");
   const std::string report = File("o/report.html", "<!doctype html>\n<p>mine</p>\n");
   Refused({"run", "pool_active", "--report", "--out", File("o")},
           report + ": is no page of this program");
-  const std::string gains = File("o/gains.yaml", "controller: pid\n");
+  const std::string gains = File("o/gains.yaml", "control: {use: pid}\n");
   Refused({"tune", "tryout", "--out", File("o"), "--figure", File("none/x.png")},  // never begins
           gains + ": is no gains file of tune and is not");
   // a page of a batch before is
@@ -144,8 +146,8 @@ TEST_F(BadInput, AResultOfAnotherShapeIsNoFault) {
   Refused({"report", File("x.json", deep), "--out", File("x.html")},
           "nested deeper than 64 levels");
   const std::string trial = File("trial");
-  ASSERT_EQ(RunProgram({"run", "pool_active", "--set", "pose_source=true_pose", "--set",
-                        "duration_s=0.1", "--out", trial})
+  ASSERT_EQ(RunProgram({"run", "pool_active", "--set", "estimator.pose_source=true_pose", "--set",
+                        "trial.duration_s=0.1", "--out", trial})
                 .exit_code,
             0);
   File("trial/result.json", "[]");
@@ -256,9 +258,9 @@ TEST_F(BadInput, WhatIsNoFileIsNotRead) {
 }
 
 TEST_F(BadInput, ANumberThatLeavesNoLawNamesItsKeys) {
-  Refused({"run", "pool_active", "--set", "controller=lqg", "--set",
-           "known_vehicle.rigid_body.mass_kg=1e300", "--set", "duration_s=0.1"},
-          "lqg.surge: there is no controller for these values");
+  Refused({"run", "pool_active", "--set", "control.use=lqg", "--set",
+           "control.known_vehicle.rigid_body.mass_kg=1e300", "--set", "trial.duration_s=0.1"},
+          "control.lqg.surge: there is no controller for these values");
 }
 
 TEST_F(BadInput, AFullStandardOutputIsNoSuccess) {

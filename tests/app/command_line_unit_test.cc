@@ -24,8 +24,9 @@ class CommandLine : public OwnFolder {
  protected:
   // A scenario that runs, with `more` after its required keys; line 5 is the first of `more`.
   std::string ScenarioFile(const std::string& more) {
-    return File("scenario.yaml",
-                "schema_version: 1\nseed: 3\nduration_s: 0.2\nmodel: pool_active.xml\n" + more);
+    return File(
+        "scenario.yaml",
+        "schema_version: 1\ntrial: {seed: 3, duration_s: 0.2, scene: pool_active.xml}\n" + more);
   }
 };
 
@@ -255,9 +256,9 @@ TEST_F(CommandLine, BadScenarioFiles) {
   ExpectBadInput({"run", ScenarioFile("water:\n  milk_ml_m4: 3\n")},
                  {"scenario.yaml:6", "milk_ml_m4", "milk_ml_m3"});
   ExpectBadInput({"run", ScenarioFile("rig:\n  baseline_m: 120 mm\n")},
-                 {"scenario.yaml:6", "rig.baseline_m", "120 mm"});
+                 {"scenario.yaml:6", "cameras.rig.baseline_m", "120 mm"});
   ExpectBadInput({"run", ScenarioFile("rig:\n  baseline_m: wide\n")},
-                 {"scenario.yaml:6", "rig.baseline_m", "must be a number"});
+                 {"scenario.yaml:6", "cameras.rig.baseline_m", "must be a number"});
   ExpectBadInput({"run", ScenarioFile("water:\n  milk_ml_m3: .nan\n")},
                  {"scenario.yaml:6", "water.milk_ml_m3"});
   ExpectBadInput({"run", ScenarioFile("vehicle:\n  rigid_body:\n    mass_kg: -15\n")},
@@ -275,15 +276,15 @@ TEST_F(CommandLine, BadAssignments) {
 }
 
 TEST_F(CommandLine, BadModels) {
-  ExpectBadInput({"run", "pool_active", "--set", "model=no_such.xml"},
+  ExpectBadInput({"run", "pool_active", "--set", "trial.scene=no_such.xml"},
                  {"--set model = 'no_such.xml'", "neither a file nor"});
   const std::string broken = File("broken.xml", "<mujoco>\n  <worldbody>\n    <goem/>\n");
-  ExpectBadInput({"run", "pool_active", "--set", "model=" + broken}, {"broken.xml"});
+  ExpectBadInput({"run", "pool_active", "--set", "trial.scene=" + broken}, {"broken.xml"});
   const std::string wrong =
       File("wrong.xml", "<mujoco>\n  <worldbody>\n    <goem/>\n  </worldbody>\n</mujoco>\n");
-  ExpectBadInput({"run", "pool_active", "--set", "model=" + wrong}, {"wrong.xml", "line 3"});
+  ExpectBadInput({"run", "pool_active", "--set", "trial.scene=" + wrong}, {"wrong.xml", "line 3"});
   const std::string bare = File("bare.xml", "<mujoco/>");
-  ExpectBadInput({"run", "pool_active", "--set", "model=" + bare}, {"bare.xml", "vehicle"});
+  ExpectBadInput({"run", "pool_active", "--set", "trial.scene=" + bare}, {"bare.xml", "vehicle"});
 }
 
 TEST_F(CommandLine, ARelativeModelIsFoundBesideItsScenarioAndResolvedYamlRunsAnywhere) {
@@ -292,8 +293,9 @@ TEST_F(CommandLine, ARelativeModelIsFoundBesideItsScenarioAndResolvedYamlRunsAny
            std::filesystem::path(ProgramPath()).parent_path() / "../share/turbidock/models"))
     if (entry.path().extension() == ".xml")
       std::filesystem::copy_file(entry.path(), folder_ / "models" / entry.path().filename());
-  const std::string scenario = File(
-      "own.yaml", "schema_version: 1\nseed: 3\nduration_s: 0.2\nmodel: models/pool_active.xml\n");
+  const std::string scenario =
+      File("own.yaml",
+           "schema_version: 1\ntrial: {seed: 3, duration_s: 0.2, scene: models/pool_active.xml}\n");
   const std::string out = (folder_ / "elsewhere/out").string();
   const ProgramEnd first = RunProgram({"run", scenario, "--out", out, "--json"});
   ASSERT_EQ(first.exit_code, 0) << first.err;
@@ -308,12 +310,12 @@ TEST_F(CommandLine, SeedsAreNotBent) {
 }
 
 TEST_F(CommandLine, TooLongATrialIsRefused) {
-  ExpectBadInput({"run", "pool_active", "--set", "duration_s=1e18"}, {"duration_s"});
+  ExpectBadInput({"run", "pool_active", "--set", "trial.duration_s=1e18"}, {"duration_s"});
 }
 
 TEST_F(CommandLine, ADelayLongerThanTheTrialStillGivesAResult) {
-  const ProgramEnd end =
-      RunProgram({"run", ScenarioFile("camera_delay_frames: 30\nsea:\n  state: calm\n"), "--json"});
+  const ProgramEnd end = RunProgram(
+      {"run", ScenarioFile("cameras.delay_frames: 30\nsea:\n  state: calm\n"), "--json"});
   ASSERT_EQ(end.exit_code, 0) << end.err;
   const auto json = nlohmann::json::parse(end.out);
   EXPECT_EQ(json["time_s"], 0.2);

@@ -74,19 +74,19 @@ TEST(DigestTest, SeesEveryValueAndIgnoresTheSignsThatMeanNothing) {
 }
 
 TEST(Fields, DefaultsAreInRangeAndTheFirstViolationIsNamed) {
-  CheckFields(RigParams{}, "rig");
-  CheckFields(ClockParams{}, "clock");
+  CheckFields(RigParams{}, "cameras.rig");
+  CheckFields(ClockParams{}, "trial.clock");
   RigParams rig;
   rig.baseline_m = -0.1;
   try {
-    CheckFields(rig, "rig");
+    CheckFields(rig, "cameras.rig");
     FAIL() << "a negative baseline was accepted";
   } catch (const ConfigError& error) {
-    EXPECT_EQ(error.key(), "rig.baseline_m");
-    EXPECT_STREQ(error.what(), "rig.baseline_m: -0.1 must be in [0.01, 1]");
+    EXPECT_EQ(error.key(), "cameras.rig.baseline_m");
+    EXPECT_STREQ(error.what(), "cameras.rig.baseline_m: -0.1 must be in [0.01, 1]");
   }
   rig.baseline_m = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(CheckFields(rig, "rig"), ConfigError);
+  EXPECT_THROW(CheckFields(rig, "cameras.rig"), ConfigError);
 }
 
 TEST(ImageTest, RowsStartAtTheTopAndChannelsAreInterleaved) {

@@ -32,7 +32,7 @@ class Batch : public OwnFolder {
     std::ofstream(plan_) << "schema_version: 1\n"
                             "description: tiny trials\n"
                             "seeds: 3\n"
-                            "set: {duration_s: 0.1}\n"
+                            "set: {trial.duration_s: 0.1}\n"
                             "grid: {scenario: [pool_active, sea_night_passive]}\n"
                             "random:\n"
                             "  water.milk_ml_m3: {uniform: [0, 30]}\n"
@@ -120,9 +120,9 @@ const std::string kPrecisionPlan =
     "description: as many trials as it takes\n"
     "seeds: 5\n"
     "precision: 0.2\n"
-    "set: {pose_source: true_pose, docked_hold_s: 0}\n"
+    "set: {estimator.pose_source: true_pose, trial.after_docked_s: 0}\n"
     "grid: {scenario: [sea_night_active], sea.state: [calm, rough]}\n"
-    "random: {duration_s: {choice: [0.1, 40]}}\n";
+    "random: {trial.duration_s: {choice: [0.1, 40]}}\n";
 
 TEST_F(Batch, WithAPrecisionWorkersShardsAndKillsDoNotShowInTheRows) {
   std::ofstream(plan_) << kPrecisionPlan;
@@ -185,8 +185,9 @@ TEST_F(Batch, IsNotResumedWhenAModelFileHasChanged) {
   write("fin.obj",
         "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   std::ofstream(plan_) << "schema_version: 1\nscenario: sea_night_active\nseeds: 2\n"
-                          "set: {vehicle_model: '" +
-                              File("own.xml") + "', pose_source: true_pose, duration_s: 0.1}\n";
+                          "set: {vehicle.model: '" +
+                              File("own.xml") +
+                              "', estimator.pose_source: true_pose, trial.duration_s: 0.1}\n";
   RunBatch("a.db", {"--shard", "1/2"});
   RunBatch("a.db", {"--shard", "1/2"});  // nothing has changed
   for (const char* name : {"own.xml", "looks.xml", "fin.obj", "own.yaml"}) {
@@ -206,7 +207,7 @@ TEST_F(Batch, IsNotResumedWhenAModelFileHasChanged) {
 TEST_F(Batch, IsNotResumedWithOtherSeriesOrOtherLimits) {
   const auto write = [&](const std::string& settings) {
     std::ofstream(plan_) << "schema_version: 1\nscenario: sea_night_active\nseeds: 2\n"
-                            "set: {duration_s: 1}\n" +
+                            "set: {trial.duration_s: 1}\n" +
                                 settings;
   };
   write("series_every_frames: 2\n");
@@ -229,7 +230,7 @@ TEST_F(Batch, GoesOnWithOtherSpellings) {
   const auto write = [&](const std::string& description, const std::string& current) {
     std::ofstream(plan_) << "schema_version: 1\ndescription: " + description +
                                 "\nscenario: sea_night_active\nseeds: 2\n"
-                                "set: {pose_source: true_pose, duration_s: 0.1}\n"
+                                "set: {estimator.pose_source: true_pose, trial.duration_s: 0.1}\n"
                                 "grid: {sea.current.surface_velocity_mps: " +
                                 current + "}\nrandom: {start.lateral_m: {uniform: [0, 0.1]}}\n";
   };
@@ -251,7 +252,8 @@ TEST_F(Batch, NamesAFileThatHasTakenAnothersPlace) {
   const std::string models = TURBIDOCK_TEST_DATA "/../../models/";
   fs::copy_file(models + "sea_active.xml", File("scene.xml"));
   std::ofstream(plan_) << "schema_version: 1\nscenario: sea_night_active\nseeds: 2\n"
-                          "set: {model: ./scene.xml, pose_source: true_pose, duration_s: 0.1}\n";
+                          "set: {trial.scene: ./scene.xml, estimator.pose_source: true_pose, "
+                          "trial.duration_s: 0.1}\n";
   RunBatch("a.db");
   fs::copy_file(models + "station.xml", File("station.xml"));
   EXPECT_THAT(RunBatch("a.db", {}, 2),
@@ -262,7 +264,7 @@ TEST_F(Batch, StopsOnASignalAndGoesOn) {
   for (const auto& [signal, code] : {std::pair(SIGINT, 130), {SIGTERM, 143}}) {
     fs::remove(File("err"));
     const pid_t pid = StartProgram(
-        {"batch", plan_, "--out", File("a.db"), "--set", "duration_s=50"}, File("err"));
+        {"batch", plan_, "--out", File("a.db"), "--set", "trial.duration_s=50"}, File("err"));
     int status = 0;
     const auto is_at_work = [&] {
       std::ifstream said(File("err"));
@@ -296,7 +298,7 @@ TEST_F(Batch, ATamperedResultIsFoundOut) {
 
 TEST_F(Batch, AHungTrialIsAnOutcome) {
   std::ofstream(plan_, std::ios::app) << "trial_time_limit_s: 0.5\n";
-  RunBatch("a.db", {"--seeds", "1", "--set", "duration_s=1000"});
+  RunBatch("a.db", {"--seeds", "1", "--set", "trial.duration_s=1000"});
   EXPECT_THAT(Rows("a.db"), HasSubstr(",hung,hung,no end after 0.5 s, the time limit,0,0,,"));
 }
 

@@ -31,13 +31,13 @@ class BatchReport : public testing::OwnFolder {
   // A batch of so many trials, of which some are stored: two controllers over four values of milk,
   // of which no trial docks from 40 on.
   ResultStore Store(int64_t trials, int64_t stored,
-                    const std::vector<std::string>& keys = {"water.milk_ml_m3", "controller"}) {
+                    const std::vector<std::string>& keys = {"water.milk_ml_m3", "control.use"}) {
     StoreHeader header;
     // no drawn key is in the grid
     std::vector<std::string> grid;
     if (std::ranges::count(keys, "water.milk_ml_m3") > 0)
       grid.emplace_back("water.milk_ml_m3: [0, 20, 40, 60]");
-    if (std::ranges::count(keys, "controller") > 0) grid.emplace_back("controller: [pid, lqg]");
+    if (std::ranges::count(keys, "control.use") > 0) grid.emplace_back("control.use: [pid, lqg]");
     const int64_t cells = grid.size() == 2 ? 8 : grid.empty() ? 1 : 2;
     header.plan = fmt::format("description: murky\nseeds: {}\ngrid: {{{}}}\n", trials / cells,
                               fmt::join(grid, ", "));
@@ -86,13 +86,13 @@ TEST_F(BatchReport, SaysHowFarItIsAndWhatCameOut) {
 TEST_F(BatchReport, OfTrialsThatSayNothingOfDockingTellsNoRate) {
   ResultStore store = Store(8, 0);
   {
-    StoredTrial trial{.parameters = {{"water.milk_ml_m3", "0"}, {"controller", "pid"}},
+    StoredTrial trial{.parameters = {{"water.milk_ml_m3", "0"}, {"control.use", "pid"}},
                       .record = {}};
     trial.record.outcome = trial::Outcome::kNoAnswer;
     trial.record.failure = trial::Failure::kNoAnswer;
     for (; trial.trial < 8; ++trial.trial) store.Add(trial);
   }
-  for (const std::vector<std::string>& by : {std::vector<std::string>{}, {"controller"}}) {
+  for (const std::vector<std::string>& by : {std::vector<std::string>{}, {"control.use"}}) {
     const std::string text = report::Text(ReportOf(Summary(store, {.by = by})));
     EXPECT_THAT(text, Not(HasSubstr("nan")));
     EXPECT_THAT(text, HasSubstr("8 no answer"));
@@ -120,22 +120,22 @@ TEST_F(BatchReport, DrawsOverItsFirstNumberByTheNextOfFewValues) {
   const ResultStore store = Store(32, 32);
   const BatchSummary summary = Summary(store);
   EXPECT_EQ(summary.over, "water.milk_ml_m3");
-  EXPECT_THAT(summary.curves_by, ElementsAre("controller"));
+  EXPECT_THAT(summary.curves_by, ElementsAre("control.use"));
   EXPECT_EQ(summary.curves.size(), 2u);
-  EXPECT_THAT(summary.keys, ElementsAre("water.milk_ml_m3", "controller"));
+  EXPECT_THAT(summary.keys, ElementsAre("water.milk_ml_m3", "control.use"));
   // what was asked for: the table has a row for each value, also of what it is drawn over
   const BatchSummary over = Summary(store, {.over = "water.milk_ml_m3"});
   EXPECT_EQ(over.curves.size(), 1u);
   EXPECT_THAT(over.keys, ElementsAre("water.milk_ml_m3"));
   EXPECT_EQ(over.groups.size(), 4u);
-  const BatchSummary both = Summary(store, {.by = {"water.milk_ml_m3", "controller"}});
+  const BatchSummary both = Summary(store, {.by = {"water.milk_ml_m3", "control.use"}});
   EXPECT_EQ(both.groups.size(), 8u);
-  EXPECT_THAT(both.curves_by, ElementsAre("controller"));
+  EXPECT_THAT(both.curves_by, ElementsAre("control.use"));
   // what is no parameter groups the table alone
   const BatchSummary by_failure = Summary(store, {.by = {"failure"}});
   EXPECT_EQ(by_failure.groups.size(), 2u);
-  EXPECT_THAT(by_failure.curves_by, ElementsAre("controller"));
-  EXPECT_THAT(testing::MessageOf([&] { Summary(store, {.over = "controller"}); }),
+  EXPECT_THAT(by_failure.curves_by, ElementsAre("control.use"));
+  EXPECT_THAT(testing::MessageOf([&] { Summary(store, {.over = "control.use"}); }),
               HasSubstr("is no number"));
   EXPECT_THAT(testing::MessageOf([&] { Summary(store, {.by = {"nonsense"}}); }),
               HasSubstr("cannot be grouped by this"));
@@ -187,21 +187,21 @@ TEST_F(BatchReport, APlanThatCannotBeReadHindersNothing) {
 }
 
 TEST_F(BatchReport, WithoutANumberThatVariesNothingIsDrawn) {
-  const ResultStore store = Store(8, 8, {"controller"});
+  const ResultStore store = Store(8, 8, {"control.use"});
   EXPECT_TRUE(Summary(store).curves.empty());
   EXPECT_THAT(report::Text(ReportOf(Summary(store))), Not(HasSubstr("Success over")));
 }
 
 TEST_F(BatchReport, TheDocumentHasTheNumbersAndTheReport) {
   const ResultStore store = Store(32, 32);
-  const BatchSummary summary = Summary(store, {.by = {"controller"}});
+  const BatchSummary summary = Summary(store, {.by = {"control.use"}});
   const report::Json json = report::Document(ReportOf(summary), ResultJson(summary));
   EXPECT_EQ(json["kind"], "batch");
   for (const char* key : {"schema_version", "plan_hash", "build", "shard", "trials", "done",
                           "running", "groups", "success", "report"})
     EXPECT_TRUE(json.contains(key)) << key;
   EXPECT_FALSE(json.contains("precision"));
-  EXPECT_EQ(json["groups"][0]["group"]["controller"], "lqg");
+  EXPECT_EQ(json["groups"][0]["group"]["control.use"], "lqg");
   EXPECT_EQ(json["success"]["over"], "water.milk_ml_m3");
   EXPECT_EQ(json["success"]["curves"][1]["name"], "pid");
 }

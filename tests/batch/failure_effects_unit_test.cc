@@ -80,7 +80,7 @@ TEST(FailureEffects, ComparesAValueWithTheOthers) {
 TEST(FailureEffects, OfNumbersOfWhichMostAreOneTakesTheWholeRange) {
   std::vector<StoredTrial> trials;
   for (int i = 0; i < 40; ++i)
-    trials.push_back(Trial(i, i < 12, {{"camera_delay_frames", i < 9 ? "4" : "1"}}));
+    trials.push_back(Trial(i, i < 12, {{"cameras.delay_frames", i < 9 ? "4" : "1"}}));
   const std::vector<FailureEffect> effects = FailureEffects(trials);
   ASSERT_EQ(effects.size(), 1u);
   EXPECT_EQ(effects[0].change, "1 to 4");

@@ -31,11 +31,12 @@ TEST(Plan, MeetsItsStrataInTurnWithinEveryCell) {
       "  near: {start.distance_min_m: 0.6, start.distance_max_m: 0.9}\n"
       "  \"12\": {start.distance_min_m: 0.9, start.distance_max_m: 1.2}\n"
       "grid: {water.milk_ml_m3: [1, 2, 3]}\n"
-      "random: {duration_s: {uniform: [5, 6]}}\n";
+      "random: {trial.duration_s: {uniform: [5, 6]}}\n";
   for (const std::string more : {"", "precision: 0.1\n"}) {
     const Plan plan = Make(text + more);
     EXPECT_EQ(plan.cells(), 3);
-    EXPECT_EQ(plan.keys(), (std::vector<std::string>{"water.milk_ml_m3", "stratum", "duration_s"}));
+    EXPECT_EQ(plan.keys(),
+              (std::vector<std::string>{"water.milk_ml_m3", "stratum", "trial.duration_s"}));
     const Plan again(plan.resolved(), "resolved");
     EXPECT_EQ(again.resolved(), plan.resolved());
     for (int64_t trial = 0; trial < plan.trials(); ++trial) {
@@ -57,7 +58,7 @@ TEST(Plan, CommonSeedsAreTheSameInEveryCellAndOthersAreAllDifferent) {
   const std::string text =
       "scenario: pool_active\nseeds: 5\n"
       "grid: {water.milk_ml_m3: [0, 10, 20]}\n"
-      "random: {sensor.read_noise_electrons: {uniform: [1, 2]}}\n";
+      "random: {cameras.sensor.read_noise_electrons: {uniform: [1, 2]}}\n";
   const Plan common = Make(text), own = Make(text + "common_seeds: false\n");
   std::set<int64_t> common_seeds, own_seeds;
   std::set<std::string> common_draws, own_draws;
@@ -77,7 +78,7 @@ TEST(Plan, CommonSeedsAreTheSameInEveryCellAndOthersAreAllDifferent) {
 
 TEST(Plan, MoreSeedsAndKeysLeaveTheFirstTrialsAlone) {
   const std::string text =
-      "scenario: pool_active\nrandom:\n  sensor.read_noise_electrons: {uniform: [1, 2]}\n";
+      "scenario: pool_active\nrandom:\n  cameras.sensor.read_noise_electrons: {uniform: [1, 2]}\n";
   const Plan few = Make(text + "seeds: 3\n"), many = Make(text + "seeds: 30\n");
   const Plan wider = Make(text + "  start.lateral_m: {uniform: [0, 1]}\nseeds: 3\n");
   for (int64_t trial = 0; trial < 3; ++trial) {
@@ -92,10 +93,10 @@ TEST(Plan, EachDistributionKeepsToItsLimitsAndItsMedian) {
       "scenario: pool_active\nseeds: 4000\n"
       "random:\n"
       "  start.lateral_m: {uniform: [0.2, 0.6]}\n"
-      "  sensor.read_noise_electrons: {log_uniform: [0.1, 10]}\n"
+      "  cameras.sensor.read_noise_electrons: {log_uniform: [0.1, 10]}\n"
       "  vehicle.rigid_body.mass_kg: {normal: [15, 1]}\n"
       "  start.vertical_m: {normal: [0, 1], within: [0.5, 3]}\n"
-      "  camera_delay_frames: {choice: [0, 2, 5, 7]}\n");
+      "  cameras.delay_frames: {choice: [0, 2, 5, 7]}\n");
   const auto quantile = [&](size_t parameter, double share) {
     std::vector<double> draws = Draws(plan, parameter, 0, 4000);
     std::sort(draws.begin(), draws.end());
@@ -120,7 +121,7 @@ TEST(Plan, EachDistributionKeepsToItsLimitsAndItsMedian) {
 TEST(Plan, NumbersItsTrialsTheSameForAnyPrecision) {
   const std::string text =
       "scenario: pool_active\nseeds: 5\ngrid: {water.milk_ml_m3: [0, 10, 20]}\n"
-      "random: {sensor.read_noise_electrons: {uniform: [1, 2]}}\n";
+      "random: {cameras.sensor.read_noise_electrons: {uniform: [1, 2]}}\n";
   for (const std::string more : {"", "common_seeds: false\n"}) {
     const Plan few = Make(text + more + "precision: 0.15\n"),
                many = Make(text + more + "precision: 0.05\n");
@@ -171,11 +172,11 @@ TEST(Plan, ForSoManySeedsHasNoPrecision) {
 
 TEST(Plan, LooksAtTheFirstTenThousandOfItsDraws) {
   const std::string text =
-      "scenario: pool_active\nseeds: 10002\nrandom: {duration_s: {normal: [5, 1]}}\n";
+      "scenario: pool_active\nseeds: 10002\nrandom: {trial.duration_s: {normal: [5, 1]}}\n";
   const Plan plan = Make(text);
   const trial::Scenario last = plan.ScenarioOf(plan.Trial(10001));
   EXPECT_EQ(FormatNumber(last.duration_s), plan.Trial(10001).parameters[0].value);
-  EXPECT_THAT(ErrorOf("seeds: 9999\nrandom: {duration_s: {normal: [2, 1]}}\n"),
+  EXPECT_THAT(ErrorOf("seeds: 9999\nrandom: {trial.duration_s: {normal: [2, 1]}}\n"),
               HasSubstr("duration_s = -"));
 }
 

@@ -33,16 +33,16 @@ TEST(Ranges, AreALatticeOfCells) {
   const Plan plan = Make(
       "ranges:\n"
       "  water.milk_ml_m3: {from: 80, to: 0}\n"
-      "  sensor.read_noise_electrons: {from: 1, to: 100, scale: logarithmic}\n" +
+      "  cameras.sensor.read_noise_electrons: {from: 1, to: 100, scale: logarithmic}\n" +
       kFind);
   EXPECT_EQ(plan.cells(), 21 * 21);
   EXPECT_EQ(plan.most(), 5000);
   const TrialSpec first = plan.FirstOf(0), last = plan.FirstOf(440), middle = plan.FirstOf(220);
   EXPECT_EQ(first.parameters[0].Assignment(), "water.milk_ml_m3=80");
-  EXPECT_EQ(first.parameters[1].Assignment(), "sensor.read_noise_electrons=1");
+  EXPECT_EQ(first.parameters[1].Assignment(), "cameras.sensor.read_noise_electrons=1");
   EXPECT_EQ(middle.parameters[0].Assignment(), "water.milk_ml_m3=40");
-  EXPECT_EQ(middle.parameters[1].Assignment(), "sensor.read_noise_electrons=10");
-  EXPECT_EQ(last.parameters[1].Assignment(), "sensor.read_noise_electrons=100");
+  EXPECT_EQ(middle.parameters[1].Assignment(), "cameras.sensor.read_noise_electrons=10");
+  EXPECT_EQ(last.parameters[1].Assignment(), "cameras.sensor.read_noise_electrons=100");
   EXPECT_EQ(config::ValueOf(plan.ScenarioOf(middle), "water.milk_ml_m3"), "40");
   const search::BoundarySearch search = plan.envelope()->Search();
   EXPECT_EQ(search.rate, 0.8);
@@ -51,7 +51,7 @@ TEST(Ranges, AreALatticeOfCells) {
 
 // Else few seeds would decide the whole boundary.
 TEST(Ranges, GiveEveryPlaceItsOwnSeedsInAllCasesTheSame) {
-  const Plan plan = Make(kMilk + kFind + "cases: {a: {}, b: {duration_s: 50}}\n");
+  const Plan plan = Make(kMilk + kFind + "cases: {a: {}, b: {trial.duration_s: 50}}\n");
   ASSERT_EQ(plan.cells(), 2 * 41);
   EXPECT_EQ(plan.FirstOf(7).seed, plan.FirstOf(41 + 7).seed);
   EXPECT_NE(plan.FirstOf(7).seed, plan.FirstOf(8).seed);

@@ -38,7 +38,7 @@ TEST(Plan, SaysWhereDrawsLeaveOutTheVehiclesOwnValue) {
 TEST(Plan, NamesEveryCombinationOfTheGrid) {
   const Plan plan = Make(
       "seeds: 2\n"
-      "set: {duration_s: 12}\n"
+      "set: {trial.duration_s: 12}\n"
       "grid:\n"
       "  scenario: [pool_active, sea_night_passive]\n"
       "  sea.state: [calm, rough]\n"
@@ -59,12 +59,13 @@ TEST(Plan, NamesEveryCombinationOfTheGrid) {
 
 // A file of results has a number as it likes.
 TEST(Plan, KnowsItsTrialsHoweverANumberIsWritten) {
-  const Plan plan = Make("scenario: pool_active\nseeds: 2\ngrid: {duration_s: [1.0, 2.50, 1e1]}\n");
-  EXPECT_EQ(plan.NumberOf({{"duration_s", "1"}}, 1), 1);
-  EXPECT_EQ(plan.NumberOf({{"duration_s", "2.5"}}, 0), 2);
-  EXPECT_EQ(plan.NumberOf({{"duration_s", "10"}}, 0), 4);
-  EXPECT_EQ(plan.NumberOf({{"duration_s", "3"}}, 0), std::nullopt);
-  EXPECT_EQ(plan.Trial(0).parameters, (std::vector<Parameter>{{"duration_s", "1"}}));
+  const Plan plan =
+      Make("scenario: pool_active\nseeds: 2\ngrid: {trial.duration_s: [1.0, 2.50, 1e1]}\n");
+  EXPECT_EQ(plan.NumberOf({{"trial.duration_s", "1"}}, 1), 1);
+  EXPECT_EQ(plan.NumberOf({{"trial.duration_s", "2.5"}}, 0), 2);
+  EXPECT_EQ(plan.NumberOf({{"trial.duration_s", "10"}}, 0), 4);
+  EXPECT_EQ(plan.NumberOf({{"trial.duration_s", "3"}}, 0), std::nullopt);
+  EXPECT_EQ(plan.Trial(0).parameters, (std::vector<Parameter>{{"trial.duration_s", "1"}}));
 }
 
 TEST(Plan, CasesAreCellsOfSeveralKeys) {
@@ -72,7 +73,7 @@ TEST(Plan, CasesAreCellsOfSeveralKeys) {
       "scenario: sea_night_active\nseeds: 2\n"
       "cases:\n"
       "  as planned: {}\n"
-      "  'heavier, 30 %': {vehicle.rigid_body.mass_kg: 19.5, camera_delay_frames: 2}\n"
+      "  'heavier, 30 %': {vehicle.rigid_body.mass_kg: 19.5, cameras.delay_frames: 2}\n"
       "  \"12\": {faults: {misalignments: [{camera: both}]}}\n"
       "grid: {sea.state: [calm, moderate]}\n";
   const Plan plan = Make(text);
@@ -96,9 +97,9 @@ TEST(Plan, CasesAreCellsOfSeveralKeys) {
 
 TEST(Plan, ACaseMayHaveAScenarioOfItsOwn) {
   const std::string text =
-      "seeds: 2\nset: {camera_delay_frames: 2}\n"
+      "seeds: 2\nset: {cameras.delay_frames: 2}\n"
       "cases:\n"
-      "  pool: {scenario: pool_passive, duration_s: 20}\n"
+      "  pool: {scenario: pool_passive, trial.duration_s: 20}\n"
       "  other pool: {scenario: pool_passive}\n"
       "  sea: {SEA}\n"
       "grid: {sea.state: [calm, moderate]}\n";
@@ -175,12 +176,12 @@ TEST(Plan, SaysAllItsKeys) {
 TEST(Plan, RefusesCasesThatSayNothingOrTwice) {
   EXPECT_THAT(ErrorOf("cases: {}\n"), HasSubstr("cases: must be a map of names"));
   EXPECT_THAT(ErrorOf("cases: [1]\n"), HasSubstr("plan.yaml:3: cases"));
-  EXPECT_THAT(ErrorOf("cases: {a: {duration_s: 5}}\ngrid: {duration_s: [6]}\n"),
+  EXPECT_THAT(ErrorOf("cases: {a: {trial.duration_s: 5}}\ngrid: {trial.duration_s: [6]}\n"),
               HasSubstr("this key is given twice, also by plan.yaml:3: cases.a.duration_s"));
-  EXPECT_THAT(ErrorOf("cases: {a: {seed: 5}}\n"), HasSubstr("set master_seed"));
+  EXPECT_THAT(ErrorOf("cases: {a: {trial.seed: 5}}\n"), HasSubstr("set master_seed"));
   EXPECT_THAT(ErrorOf("cases: {a: {scenario: x}}\n"), HasSubstr("x: no such file"));
   EXPECT_THAT(ErrorOf("cases: {a: {}, a: {}}\n"), HasSubstr("duplicate key"));
-  EXPECT_THAT(ErrorOf("cases: {a: {duration: 5}}\n"), HasSubstr("duration_s"));
+  EXPECT_THAT(ErrorOf("cases: {a: {trial.duration: 5}}\n"), HasSubstr("trial.duration_s"));
   EXPECT_THAT(ErrorOf("grid: {case: [a]}\n"), HasSubstr("`cases` makes"));
   EXPECT_THAT(ErrorOf("random: {case: {choice: [a]}}\n"), HasSubstr("`cases` makes"));
 }
@@ -189,8 +190,8 @@ TEST(Plan, ResolvedIsItselfWhateverItsTextsHold) {
   const Plan plan = Make(
       "seeds: 2\n"
       "grid: {scenario: [pool_active], description: ['a, b', 'c]', '- d #1: x']}\n"
-      "cases: {'<<': {controller: pid}, 'x}, y: {': {station_model: 'station.xml'}}\n"
-      "strata: {'~': {duration_s: 5}, 'a, b': {duration_s: 6}}\n");
+      "cases: {'<<': {control.use: pid}, 'x}, y: {': {station.model: 'station.xml'}}\n"
+      "strata: {'~': {trial.duration_s: 5}, 'a, b': {trial.duration_s: 6}}\n");
   EXPECT_EQ(plan.cells(), 6);
   const Plan again(plan.resolved(), "resolved");
   EXPECT_EQ(again.resolved(), plan.resolved());
@@ -211,17 +212,18 @@ TEST(Plan, RefusesNamesThatAreNone) {
 }
 
 TEST(Plan, SaysWhereAWrongValueStands) {
-  EXPECT_THAT(ErrorOf("grid:\n  duration_s:\n    - 5\n    - -5\n"),
+  EXPECT_THAT(ErrorOf("grid:\n  trial.duration_s:\n    - 5\n    - -5\n"),
               HasSubstr("plan.yaml:6: duration_s = -5"));
-  EXPECT_THAT(ErrorOf("cases:\n  a: {duration_s: 5}\n  b: {duration_s: -5}\n"),
+  EXPECT_THAT(ErrorOf("cases:\n  a: {trial.duration_s: 5}\n  b: {trial.duration_s: -5}\n"),
               HasSubstr("plan.yaml:5: duration_s = -5"));
-  EXPECT_THAT(ErrorOf("seeds: 2\nstrata:\n  a: {duration_s: 5}\n  b: {duration_s: -5}\n"),
-              HasSubstr("plan.yaml:6: duration_s = -5"));
+  EXPECT_THAT(
+      ErrorOf("seeds: 2\nstrata:\n  a: {trial.duration_s: 5}\n  b: {trial.duration_s: -5}\n"),
+      HasSubstr("plan.yaml:6: duration_s = -5"));
   // of two that do not go together
-  EXPECT_THAT(ErrorOf("set: {controller: lqg, procedure.blind_max_s: 6}\n"
-                      "cases:\n  a: {}\n  b: {controller: p_voltage}\n"),
+  EXPECT_THAT(ErrorOf("set: {control.use: lqg, procedure.blind_max_s: 6}\n"
+                      "cases:\n  a: {}\n  b: {control.use: p_voltage}\n"),
               HasSubstr("plan.yaml:3: procedure.blind_max_s: 6 needs a controller that predicts"));
-  EXPECT_THAT(ErrorOf("random:\n  duration_s: {uniform: [-2, -1]}\n"),
+  EXPECT_THAT(ErrorOf("random:\n  trial.duration_s: {uniform: [-2, -1]}\n"),
               HasSubstr("plan.yaml:4: duration_s = -"));
 }
 
@@ -229,37 +231,38 @@ TEST(Plan, RefusesStrataThatAreNotMetEquallyOftenOrNameAKeyTwice) {
   const auto error = [](const std::string& text, const PlanOverrides& overrides = {}) {
     return ErrorOf("seeds: 4\n" + text, overrides);
   };
-  const std::string strata = "strata: {a: {duration_s: 5}, b: {duration_s: 6}}\n";
+  const std::string strata = "strata: {a: {trial.duration_s: 5}, b: {trial.duration_s: 6}}\n";
   EXPECT_NO_THROW(Make("scenario: pool_active\nseeds: 4\n" + strata));
   EXPECT_THAT(error(strata, {.seeds = 5}),
               HasSubstr("--seeds: 5 must be a multiple of 2: each stratum is met equally often"));
-  EXPECT_THAT(error("strata: {a: {duration_s: 5}, b: {duration_s: 6}, c: {duration_s: 7}}\n"),
+  EXPECT_THAT(error("strata: {a: {trial.duration_s: 5}, b: {trial.duration_s: 6}, c: "
+                    "{trial.duration_s: 7}}\n"),
               HasSubstr("plan.yaml: seeds: 4 must be a multiple of 3"));
   EXPECT_THAT(error("strata: {}\n"), HasSubstr("strata: must be a map of names"));
-  EXPECT_THAT(error("strata: {a: {duration: 5}}\n"), HasSubstr("duration_s"));
-  EXPECT_THAT(error("strata: {a: {duration_s: 5}, b: {duration_s: -5}}\n"),
-              HasSubstr("duration_s"));
+  EXPECT_THAT(error("strata: {a: {trial.duration: 5}}\n"), HasSubstr("trial.duration_s"));
+  EXPECT_THAT(error("strata: {a: {trial.duration_s: 5}, b: {trial.duration_s: -5}}\n"),
+              HasSubstr("trial.duration_s"));
   EXPECT_THAT(error("strata: {a: {scenario: x}}\n"),
               HasSubstr("plan.yaml:4: strata.a.scenario: belongs in the grid or in a case"));
   for (const std::string other :
-       {"grid: {duration_s: [6]}\n", "random: {duration_s: {uniform: [5, 6]}}\n",
-        "cases: {c: {duration_s: 6}}\n"})
-    EXPECT_THAT(error(strata + other), HasSubstr("duration_s: this key is given twice"));
+       {"grid: {trial.duration_s: [6]}\n", "random: {trial.duration_s: {uniform: [5, 6]}}\n",
+        "cases: {c: {trial.duration_s: 6}}\n"})
+    EXPECT_THAT(error(strata + other), HasSubstr("trial.duration_s: this key is given twice"));
   EXPECT_THAT(error("grid: {stratum: [a]}\n"), HasSubstr("`strata` make"));
 }
 
 TEST(Plan, RefusesToSetWhatItGivesEachTrial) {
   const auto error = [](const std::string& text,
-                        const std::string& assignment = "lamps.enabled=true") {
+                        const std::string& assignment = "lights.lamps.enabled=true") {
     return ErrorOf("seeds: 2\n" + text, {.assignments = {config::ParseAssignment(assignment)}});
   };
   for (const std::string varied :
-       {"grid: {duration_s: [5]}\n", "random: {duration_s: {uniform: [5, 6]}}\n",
-        "strata: {a: {duration_s: 5}, b: {duration_s: 6}}\n"}) {
-    EXPECT_THAT(error(varied + "set: {duration_s: 9}\n"),
+       {"grid: {trial.duration_s: [5]}\n", "random: {trial.duration_s: {uniform: [5, 6]}}\n",
+        "strata: {a: {trial.duration_s: 5}, b: {trial.duration_s: 6}}\n"}) {
+    EXPECT_THAT(error(varied + "set: {trial.duration_s: 9}\n"),
                 HasSubstr("this key is given twice, also by plan.yaml:5: set.duration_s"));
-    EXPECT_THAT(error(varied, "duration_s=9"),
-                HasSubstr("this key is given twice, also by --set duration_s"));
+    EXPECT_THAT(error(varied, "trial.duration_s=9"),
+                HasSubstr("this key is given twice, also by --set trial.duration_s"));
   }
   EXPECT_THAT(error("grid: {start.heading_rad: [0, 1]}\nset: {start: {heading_rad: 0.1}}\n"),
               HasSubstr("given twice, also by plan.yaml:5: set.start.heading_rad"));
@@ -267,29 +270,32 @@ TEST(Plan, RefusesToSetWhatItGivesEachTrial) {
                     "sea.current.surface_velocity_mps[1]=0.1"),
               HasSubstr("given twice, also by --set sea.current.surface_velocity_mps[1]"));
   EXPECT_THAT(error("grid: {water.milk_ml_m3: [1]}\n"
-                    "strata: {a: {water: {milk_ml_m3: 3}}, b: {duration_s: 6}}\n"),
+                    "strata: {a: {water: {milk_ml_m3: 3}}, b: {trial.duration_s: 6}}\n"),
               HasSubstr("plan.yaml:5: strata.a.water.milk_ml_m3: this key is given twice"));
-  EXPECT_THAT(error("grid: {'lamps.intensity_w_sr[0]': [1], lamps.intensity_w_sr.0: [2]}\n"),
-              HasSubstr("this key is given twice"));
+  EXPECT_THAT(
+      error("grid: {'lights.lamps.intensity_w_sr[0]': [1], lights.lamps.intensity_w_sr.0: [2]}\n"),
+      HasSubstr("this key is given twice"));
   EXPECT_NO_THROW(Make(
       "scenario: pool_active\nset: {start: {lateral_m: 0.1}}\ngrid: {start.heading_rad: [0]}\n"));
-  EXPECT_THAT(error("", "seed=7"), HasSubstr("--set seed: the plan gives each trial its seed"));
+  EXPECT_THAT(error("", "trial.seed=7"),
+              HasSubstr("--set trial.seed: the plan gives each trial its seed"));
   // A part of what is set before.
   EXPECT_NO_THROW(
-      Make("scenario: pool_active\nset: {lamps.intensity_w_sr: [1, 2, 3]}\n"
-           "grid: {'lamps.intensity_w_sr[0]': [4]}\n"));
+      Make("scenario: pool_active\nset: {lights.lamps.intensity_w_sr: [1, 2, 3]}\n"
+           "grid: {'lights.lamps.intensity_w_sr[0]': [4]}\n"));
   // A case may say otherwise than the rest.
   EXPECT_NO_THROW(
-      Make("scenario: pool_active\nset: {duration_s: 9}\ncases: {a: {}, b: {duration_s: 5}}\n"));
+      Make("scenario: pool_active\nset: {trial.duration_s: 9}\ncases: {a: {}, b: "
+           "{trial.duration_s: 5}}\n"));
 }
 
 TEST(Plan, ResolvedIsAPlanOfTheSameTrials) {
   const Plan plan = Make(
       "description: \"it's: odd\"\nseeds: 3\n"
-      "set: {duration_s: 12}\n"
+      "set: {trial.duration_s: 12}\n"
       "grid:\n  scenario: [pool_active, pool_passive]\n  sea.state: [calm]\n"
       "random:\n  start.vertical_m: {normal: [0, 1], within: [0.5, 3]}\n"
-      "  camera_delay_frames: {choice: [1, 2]}\n",
+      "  cameras.delay_frames: {choice: [1, 2]}\n",
       {.assignments = config::ParseAssignments({"water.milk_ml_m3=7"}),
        .master_seed = 99,
        .seeds = 4});
@@ -309,7 +315,7 @@ TEST(Plan, ItsHashSeesWhateverChangesATrial) {
   const std::string text = "scenario: pool_active\n";
   std::set<std::string> hashes = {Make(text).hash()};
   for (const char* more :
-       {"seeds: 2\n", "master_seed: 2\n", "set: {duration_s: 12}\n", "precision: 0.1\n",
+       {"seeds: 2\n", "master_seed: 2\n", "set: {trial.duration_s: 12}\n", "precision: 0.1\n",
         "precision: 0.2\n", "grid: {water.milk_ml_m3: [1]}\n",
         "random: {start.lateral_m: {uniform: [0, 1]}}\n"})
     EXPECT_TRUE(hashes.insert(Make(text + more).hash()).second) << more;
@@ -328,7 +334,7 @@ TEST_F(PlanFiles, ItsHashSeesEveryModelThatMayBeDrawn) {
     choices += (choices.empty() ? "'" : ", '") + models.back() + "'";
   }
   const auto plan = [&] {
-    return Make("scenario: pool_active\nseeds: 1\nrandom: {station_model: {choice: [" + choices +
+    return Make("scenario: pool_active\nseeds: 1\nrandom: {station.model: {choice: [" + choices +
                 "]}}\n");
   };
   const Plan before = plan();
@@ -356,7 +362,7 @@ TEST(Plan, SaysWhatIsWrongAndWhere) {
        "plan.yaml:3: grid.water.milk_ml_m3[1]: '1.0e-1' is given twice"},
       {"grid: {water.milk_ml_m3: 3}\n",
        "plan.yaml:3: grid.water.milk_ml_m3: must be a list of values"},
-      {"grid: {seed: [1]}\n", "set master_seed"},
+      {"grid: {trial.seed: [1]}\n", "set master_seed"},
       {"grid: {scenario: [pool_passive]}\n", "leave one out"},
       {"grid: {start.lateral_m: [1]}\nrandom: {start.lateral_m: {uniform: [0, 1]}}\n",
        "plan.yaml:4: random.start.lateral_m: this key is given twice"},

@@ -46,11 +46,12 @@ TEST(PluginInWorker, ItsFailureIsTheTrialsOwn) {
   const std::vector<std::string> does = {"nothing", "throw", "nan", "hang", "nothing"};
   const auto pool = MakePool({.workers = 1}, /*time_limit_s=*/4, TrialWork(plugins));
   for (size_t i = 0; i < does.size(); ++i)
-    pool->Submit(TrialJob(static_cast<int64_t>(i),
-                          trial::LoadScenario("pool_active",
-                                              {"pose_source=true_pose", "controller=odd",
-                                               "odd.does=" + does[i], "duration_s=3", "seed=7"},
-                                              "", plugins)));
+    pool->Submit(TrialJob(
+        static_cast<int64_t>(i),
+        trial::LoadScenario("pool_active",
+                            {"estimator.pose_source=true_pose", "control.use=odd",
+                             "control.odd.does=" + does[i], "trial.duration_s=3", "trial.seed=7"},
+                            "", plugins)));
   std::map<int64_t, trial::TrialRecord> records;
   while (pool->pending() > 0)
     if (const auto ended = pool->Next(10))

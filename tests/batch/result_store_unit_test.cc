@@ -359,8 +359,8 @@ TEST_F(Store, MergesWhatBelongsTogether) {
 // A worker's record is that of the same trial in this process, but for what differs from run to
 // run.
 TEST_F(Store, AWorkerReturnsTheRecord) {
-  const trial::Scenario scenario =
-      trial::LoadScenario("pool_active", {"pose_source=true_pose", "duration_s=2", "seed=5"});
+  const trial::Scenario scenario = trial::LoadScenario(
+      "pool_active", {"estimator.pose_source=true_pose", "trial.duration_s=2", "trial.seed=5"});
   const auto pool = MakePool({.workers = 1}, /*time_limit_s=*/60, TrialWork());
   pool->Submit(TrialJob(17, scenario, /*series_every_frames=*/30));
   std::optional<JobResult> ended;

@@ -27,7 +27,7 @@ constexpr int64_t kTrials = 12;
 Plan TinyPlan(int master_seed = 1) {
   return Plan("schema_version: 1\nscenario: sea_night_active\nseeds: 12\nmaster_seed: " +
                   std::to_string(master_seed) +
-                  "\nset: {pose_source: true_pose, duration_s: 0.1}\n",
+                  "\nset: {estimator.pose_source: true_pose, trial.duration_s: 0.1}\n",
               "plan.yaml");
 }
 

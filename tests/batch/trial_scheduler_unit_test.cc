@@ -268,7 +268,7 @@ TEST(TrialRule, IsThePlansAsTheFileHasIt) {
   EXPECT_EQ(rule.strata, 1);
   const Plan in_two(
       "schema_version: 1\nscenario: pool_active\nseeds: 20\nprecision: 0.05\n"
-      "strata: {a: {duration_s: 5}, b: {duration_s: 6}}\n",
+      "strata: {a: {trial.duration_s: 5}, b: {trial.duration_s: 6}}\n",
       "plan.yaml");
   EXPECT_EQ(RuleOf(HeaderOf(in_two, {})).strata, 2);
   const Plan plain("schema_version: 1\nscenario: pool_active\nseeds: 20\n", "plan.yaml");

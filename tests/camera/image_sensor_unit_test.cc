@@ -75,7 +75,7 @@ TEST(SensorParams, DefaultsAreValidAndBadOnesNameTheKey) {
     ImageSensor(bad, 1, 2);
     FAIL();
   } catch (const ConfigError& error) {
-    EXPECT_EQ(error.key(), "sensor.read_noise_electrons");
+    EXPECT_EQ(error.key(), "cameras.sensor.read_noise_electrons");
   }
 }
 

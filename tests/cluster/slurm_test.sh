@@ -155,7 +155,7 @@ schema_version: 1
 description: over current
 scenario: sea_night_active
 seeds: 40
-set: {pose_source: true_pose, duration_s: 60, controller: pid}
+set: {estimator.pose_source: true_pose, trial.duration_s: 60, control.use: pid}
 grid: {"sea.current.surface_velocity_mps[1]": [0, 0.1]}
 PLAN
 cat >"$folder/study.yaml" <<'STUDY'
@@ -163,11 +163,11 @@ schema_version: 1
 description: two gains
 scenario: sea_night_active
 seeds: 12
-set: {pose_source: true_pose, controller: lqg, duration_s: 60}
+set: {estimator.pose_source: true_pose, control.use: lqg, trial.duration_s: 60}
 tuning:
   gains:
-    - {key: lqg.sway.effort_share, low: 0.1, high: 2, scale: log}
-    - {key: lqg.yaw.error_rad, low: 0.02, high: 0.3, scale: log}
+    - {key: control.lqg.sway.effort_share, low: 0.1, high: 2, scale: log}
+    - {key: control.lqg.yaw.error_rad, low: 0.02, high: 0.3, scale: log}
   objective:
     - {metric: time_s, weight: 1, failed: 60}
   success_at_least: 0.5
@@ -178,7 +178,7 @@ cat >"$folder/search.yaml" <<'SEARCH'
 schema_version: 1
 description: the current in which it docks
 scenario: sea_night_active
-set: {pose_source: true_pose, duration_s: 60, controller: pid}
+set: {estimator.pose_source: true_pose, trial.duration_s: 60, control.use: pid}
 ranges: {"sea.current.surface_velocity_mps[1]": {from: 0, to: 0.3, success: falls}}
 find: {rate: 0.9, width: 0.15}
 SEARCH
@@ -186,7 +186,7 @@ cat >"$folder/gate.yaml" <<'GATE'
 schema_version: 1
 description: a calm and a moderate sea
 scenario: sea_night_active
-set: {pose_source: true_pose}
+set: {estimator.pose_source: true_pose}
 seeds: 40
 cases: {calm: {}, moderate: {sea.state: moderate}}
 gate: {baseline: gate.baseline.yaml, margins: {success_rate: 0.2}}
@@ -310,7 +310,7 @@ echo "batch: a requeued task went on ($took s, with the two minutes that Slurm m
 cat >"$folder/cells.yaml" <<'CELLS'
 schema_version: 1
 scenario: pool_active
-set: {model: tank_active.xml, optics: published, start: {lateral_m: 0, vertical_m: 0, heading_rad: 0, distance_min_m: 0.6, distance_max_m: 0.6}}
+set: {trial.scene: tank_active.xml, cameras.optics: published, start: {lateral_m: 0, vertical_m: 0, heading_rad: 0, distance_min_m: 0.6, distance_max_m: 0.6}}
 grid: {water.milk_ml_m3: [0, 40, 80]}
 CELLS
 cells=(recognize "$folder/cells.yaml" --seconds 0.2 --json --quiet)
@@ -330,7 +330,7 @@ frames: 1
 cell_share: 1
 parameters:
   - {key: water.scattering_scale, low: 0.55, high: 1.1, start: 0.7, source: a try-out}
-  - {key: sensor.chroma_coring_dn, low: 0, high: 40, start: 20, source: a try-out}
+  - {key: cameras.sensor.chroma_coring_dn, low: 0, high: 40, start: 20, source: a try-out}
 CALIBRATION
 fit=(calibrate --plan "$folder/calibration.yaml" --active "$folder/table.csv" --passive "$folder/table.csv"
   --generations 2 --json --quiet)
@@ -346,7 +346,7 @@ echo "calibrate: as on one machine ($took s)"
 echo "recognize, dataset: as on one machine"
 
 # What an array costs: three trials of a tenth of a second, five times, here and there.
-sed 's/seeds: 40/seeds: 3/; s/duration_s: 60/duration_s: 0.1/; /^grid/d' "$folder/plan.yaml" >"$folder/short.yaml"
+sed 's/seeds: 40/seeds: 3/; s/trial.duration_s: 60/trial.duration_s: 0.1/; /^grid/d' "$folder/plan.yaml" >"$folder/short.yaml"
 wait_for 60 "the nodes do not become idle" nodes_are_idle
 seconds() {  # of five runs
   local begin i
@@ -376,7 +376,7 @@ schema_version: 1
 description: tiny trials
 scenario: pool_active
 seeds: 2
-set: {pose_source: true_pose, duration_s: 0.1}
+set: {estimator.pose_source: true_pose, trial.duration_s: 0.1}
 PLAN
 tiny=(batch "$folder/tiny.yaml" --out "$folder/tiny.db" --quiet)
 refused partition 4 'invalid partition' "$turbidock" "${tiny[@]}" --slurm 2 --sbatch=--partition=nowhere

@@ -28,8 +28,8 @@ TEST_F(FilesOfOthers, APlanNamesModelsThatStandBesideIt) {
   fs::copy_file(config::ModelPath("station.xml"), folder_ / "mine.xml");
   PlanArguments arguments;
   for (const std::string keys :
-       {"set: {station_model: mine.xml}\n", "cases: {ours: {station_model: mine.xml}}\n",
-        "grid: {station_model: [mine.xml]}\n"}) {
+       {"set: {station.model: mine.xml}\n", "cases: {ours: {station.model: mine.xml}}\n",
+        "grid: {station.model: [mine.xml]}\n"}) {
     arguments.plan = File("plan.yaml", "schema_version: 1\nscenario: pool_active\n" + keys);
     const batch::Plan plan = arguments.Load();
     EXPECT_EQ(plan.ScenarioOf(plan.Trial(0)).station_model, (folder_ / "mine.xml").string());
@@ -37,7 +37,7 @@ TEST_F(FilesOfOthers, APlanNamesModelsThatStandBesideIt) {
   }
   arguments.plan = File("plan.yaml",
                         "schema_version: 1\nscenario: pool_active\n"
-                        "set: {vehicle_model: bluerov2_heavy.xml, controller: lqg}\n");
+                        "set: {vehicle.model: bluerov2_heavy.xml, control.use: lqg}\n");
   const batch::Plan bundled = arguments.Load();
   EXPECT_EQ(bundled.ScenarioOf(bundled.Trial(0)).vehicle_model, "bluerov2_heavy.xml");
 }

@@ -192,14 +192,14 @@ TEST(Hand, MovesLateInStepsAndNotAllTheTime) {
 
 TEST(ApproachParams, ValuesMustFitEachOther) {
   ApproachParams params = Params(ApproachMode::kNavigation);
-  EXPECT_NO_THROW(CheckFields(params, "approach"));
+  EXPECT_NO_THROW(CheckFields(params, "procedure.approach"));
   params.nearest_x_m = 1.8;
   try {
-    CheckFields(params, "approach");
+    CheckFields(params, "procedure.approach");
     ADD_FAILURE();
   } catch (const ConfigError& error) {
     EXPECT_EQ(std::string(error.what()),
-              "approach.nearest_x_m: 1.8 must be nearer than staging_x_m (1.8)");
+              "procedure.approach.nearest_x_m: 1.8 must be nearer than staging_x_m (1.8)");
   }
 }
 

@@ -206,10 +206,11 @@ TEST(VoltsAllocation, IsThePublishedVehiclesAlone) {
     VoltsAllocation({}, vehicle);
     FAIL();
   } catch (const ConfigError& error) {
-    EXPECT_STREQ(error.what(),
-                 "controller: p_voltage asks for the voltages of the published vehicle's thrusters "
-                 "(surge_left, surge_right, sway, heave); this one has surge_left, surge_right, "
-                 "heave, sway. pid and lqg ask for forces");
+    EXPECT_STREQ(
+        error.what(),
+        "control.use: p_voltage asks for the voltages of the published vehicle's thrusters "
+        "(surge_left, surge_right, sway, heave); this one has surge_left, surge_right, "
+        "heave, sway. pid and lqg ask for forces");
   }
 }
 

@@ -31,8 +31,8 @@ description: 'short trials: ä'
 scenario: sea_night_active
 seeds: 20
 trial_time_limit_s: 20
-set: {pose_source: true_pose, duration_s: 5}
-grid: {controller: [pid, lqg]}
+set: {estimator.pose_source: true_pose, trial.duration_s: 5}
+grid: {control.use: [pid, lqg]}
 """,
     # Each trial holds the vehicle for a minute: a worker is hardly ever between two of them.
     'long.yaml': """schema_version: 1
@@ -40,13 +40,13 @@ description: long trials
 scenario: sea_night_active
 seeds: 8
 trial_time_limit_s: 10
-set: {pose_source: true_pose, controller: pid, duration_s: 60, docked_hold_s: 60}
+set: {estimator.pose_source: true_pose, control.use: pid, trial.duration_s: 60, trial.after_docked_s: 60}
 """,
     'study.yaml': """schema_version: 1
 description: a try-out
 scenario: sea_night_active
 seeds: 2
-set: {pose_source: true_pose, controller: pid, duration_s: 5}
+set: {estimator.pose_source: true_pose, control.use: pid, trial.duration_s: 5}
 tuning:
   gains:
     - {key: pid.sway.kp_per_s2, low: 0.4, high: 42, scale: log}
@@ -65,10 +65,8 @@ gate: {baseline: gate.baseline.yaml, margins: {success_rate: 0.5}}
 """,
     'short.yaml': """schema_version: 1
 description: short
-seed: 1
-model: pool_active.xml
-pose_source: true_pose
-duration_s: 15
+trial: {scene: pool_active.xml, seed: 1, duration_s: 15}
+estimator: {pose_source: true_pose}
 """,
     'calibration.yaml': """frames: 1
 cell_share: 1
@@ -77,7 +75,7 @@ parameters:
 """,
     'cells.yaml': """schema_version: 1
 scenario: pool_active
-set: {model: tank_active.xml, optics: published, start: {lateral_m: 0, vertical_m: 0, heading_rad: 0, distance_min_m: 0.6, distance_max_m: 0.6}}
+set: {trial.scene: tank_active.xml, cameras.optics: published, start: {lateral_m: 0, vertical_m: 0, heading_rad: 0, distance_min_m: 0.6, distance_max_m: 0.6}}
 grid: {water.milk_ml_m3: [0, 20]}
 """,
     'table.csv': 'milk_ml_m3,distance_mm,fitness_mean\n0,600,0.8\n60,600,0.3\n',
@@ -85,8 +83,8 @@ grid: {water.milk_ml_m3: [0, 20]}
 RECOGNIZE = ['recognize', 'cells.yaml', '--seconds', '0.5']
 CALIBRATE = ['calibrate', '--plan', 'calibration.yaml', '--active', 'table.csv', '--passive', 'table.csv',
              '--generations', '1']
-SEEN = ['run', 'sea_night_active', '--set', 'duration_s=0.5']  # by cameras
-BLIND = ['run', 'sea_night_active', '--set', 'pose_source=true_pose', '--set', 'duration_s=2']
+SEEN = ['run', 'sea_night_active', '--set', 'trial.duration_s=0.5']  # by cameras
+BLIND = ['run', 'sea_night_active', '--set', 'estimator.pose_source=true_pose', '--set', 'trial.duration_s=2']
 
 
 def trials_of(file):

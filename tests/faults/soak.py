@@ -28,8 +28,8 @@ description: soak
 scenario: sea_night_active
 seeds: 1
 trial_time_limit_s: 60
-set: {{duration_s: {seconds}, docked_hold_s: {seconds}, pose_source: {pose_source}}}
-grid: {{controller: [pid]}}
+set: {{trial.duration_s: {seconds}, trial.after_docked_s: {seconds}, estimator.pose_source: {pose_source}}}
+grid: {{control.use: [pid]}}
 """
 MOST = 1.02
 WARM = 100  # trials before anything is compared

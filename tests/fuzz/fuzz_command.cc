@@ -8,7 +8,8 @@ using namespace turbidock;  // NOLINT(google-build-using-namespace)
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   // the controller whose making costs least: each input begins a trial
   static const trial::Scenario scenario = trial::LoadScenario(
-      "sea_night_active", {"pose_source=true_pose", "duration_s=5", "controller=p_voltage"});
+      "sea_night_active",
+      {"estimator.pose_source=true_pose", "trial.duration_s=5", "control.use=p_voltage"});
   live::LiveSession session(scenario);
   const std::string text(reinterpret_cast<const char*>(data), size);
   const auto settings = [&] { return trial::SaveScenario(session.settings()); };

@@ -58,7 +58,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   });
   Try([&] {
     vehicle::SeaParams sea;
-    sea.current.series = file.path();
+    sea.current.file = file.path();
     for (const auto& [time_s, v_W] : trial::CurrentOf(sea))
       TD_CHECK(std::isfinite(time_s) && v_W.allFinite(), "a finite current");
   });

@@ -145,7 +145,7 @@ TEST(MarineSnow, IsAllThatIsInSight) {
 TEST(MarineSnow, RestsInTheWater) {
   SnowParams params;
   params.particles_per_m3 = 500;
-  params.sink_m_s = 0.06;
+  params.sink_mps = 0.06;
   const Snowfall start(params);
   EXPECT_GT(start.Sum(0), 0);
   // the vehicle sinks as the snow does: 0.06 m/s for 30 frames

@@ -98,7 +98,7 @@ TEST(PlaceLamp, NotIntoTheHull) {
     PartsBefore(surfaces, X_HE, X);
     ADD_FAILURE();
   } catch (const ConfigError& error) {
-    EXPECT_THAT(error.what(), ::testing::AllOf(::testing::HasSubstr("lamps.shift_m"),
+    EXPECT_THAT(error.what(), ::testing::AllOf(::testing::HasSubstr("lights.lamps.shift_m"),
                                                ::testing::HasSubstr("hull_box")));
   }
 }

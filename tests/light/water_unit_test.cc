@@ -32,13 +32,13 @@ TEST(OpticsParams, DefaultsAreValidAndBadOnesNameTheKey) {
   EXPECT_EQ(KeyOfError({}), "none");
   OpticsParams params;
   params.water.milk_ml_m3 = -1;
-  EXPECT_EQ(KeyOfError(params), "optics.water.milk_ml_m3");
+  EXPECT_EQ(KeyOfError(params), "water.milk_ml_m3");
   params = {};
   params.water.absorption_per_m[1] = -0.1;
-  EXPECT_EQ(KeyOfError(params), "optics.water.absorption_per_m");
+  EXPECT_EQ(KeyOfError(params), "water.absorption_per_m");
   params = {};
   params.ball_lights.balls[1].name = "pink";
-  EXPECT_EQ(KeyOfError(params), "ball_lights.balls[1].name");
+  EXPECT_EQ(KeyOfError(params), "lights.marker.balls[1].name");
 }
 
 TEST(MakeMedium, AddsMilkToTheBackground) {

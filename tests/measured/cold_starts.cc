@@ -104,7 +104,7 @@ void Judge(int64_t start, const Pose& true_X_HM, double true_fitness, const Expo
 void Run(recognition::MarkerKind marker, const std::string& optics, const std::string& milk,
          int starts, const std::string& seed) {
   const trial::Scenario scenario = recognition::RecognitionScenario(
-      marker, {"optics=" + optics, "water.milk_ml_m3=" + milk, "seed=" + seed});
+      marker, {"cameras.optics=" + optics, "water.milk_ml_m3=" + milk, "trial.seed=" + seed});
   const StereoRig rig = scenario.rig.MakeRig();
   const SeedTree root(static_cast<uint64_t>(scenario.seed));
   Rng poses = root.Stream("cold starts");

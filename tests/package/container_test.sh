@@ -37,7 +37,7 @@ if [ "$user" = 0 ]; then
 fi
 rm -f "$folder"/work/*
 inside turbidock batch smoke --seeds 1 --out smoke.db --quiet >/dev/null
-trial=(run pool_active --set duration_s=1 --seed 1 --json --quiet)
+trial=(run pool_active --set trial.duration_s=1 --seed 1 --json --quiet)
 inside turbidock "${trial[@]}" >"$folder/inside.json"
 rm -rf "$folder/outside"
 dpkg-deb -x "$package" "$folder/outside"

@@ -23,10 +23,10 @@ inside id diver >/dev/null 2>&1 || inside useradd --create-home diver
 as_user() { inside setpriv --reuid=diver --regid=diver --clear-groups "$@"; }
 as_user turbidock --version
 as_user turbidock list
-trial=(turbidock run pool_active --set duration_s=1 --seed 1 --json --quiet)
+trial=(turbidock run pool_active --set trial.duration_s=1 --seed 1 --json --quiet)
 as_user "${trial[@]}" >"$folder/inside.json"
 rm -f "$root"/tmp/smoke.*
-as_user turbidock batch smoke --seeds 1 --set pose_source=true_pose --set duration_s=2 --out /tmp/smoke.db --quiet
+as_user turbidock batch smoke --seeds 1 --set estimator.pose_source=true_pose --set trial.duration_s=2 --out /tmp/smoke.db --quiet
 test -s "$root/usr/share/man/man1/turbidock.1.gz"
 as_user bash -c '. /usr/share/bash-completion/completions/turbidock; complete -p turbidock' >/dev/null
 apt_get purge turbidock

@@ -1,6 +1,6 @@
 // turbidock with a controller and a pose estimator of one's own: every subcommand knows them.
 //
-//   my_docking run sea_night_active --set controller=damped_p --set damped_p.gain_newton_per_m=50
+//   my_docking run sea_night_active --set control.use=damped_p
 //   my_docking list keys | grep damped_p
 
 #include <algorithm>

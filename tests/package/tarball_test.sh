@@ -5,7 +5,7 @@ set -euo pipefail
 tarball=$(realpath "$1")
 folder=$(realpath -m "$2")
 mkdir -p "$folder"
-trial=(run pool_active --set duration_s=1 --seed 1 --json --quiet)
+trial=(run pool_active --set trial.duration_s=1 --seed 1 --json --quiet)
 
 rm -rf "$folder/here"
 mkdir -p "$folder/here"

@@ -8,7 +8,7 @@
 int main() {
   using namespace turbidock;
   const trial::TrialResult result =
-      trial::RunTrial(trial::LoadScenario("pool_active", {"duration_s=0.5"}));
+      trial::RunTrial(trial::LoadScenario("pool_active", {"trial.duration_s=0.5"}));
   std::printf("%s\n", result.reason.c_str());
   return result.outcome == trial::Outcome::kTimeout && result.log.frames.size() == 15 ? 0 : 1;
 }

@@ -53,7 +53,8 @@ int Count(const std::string& text, const std::string& part) {
 }
 
 trial::Scenario WithoutCameras() {
-  return trial::LoadScenario("sea_night_active", {"pose_source=true_pose", "duration_s=2"});
+  return trial::LoadScenario("sea_night_active",
+                             {"estimator.pose_source=true_pose", "trial.duration_s=2"});
 }
 
 class PageFiles : public ::testing::Test {
@@ -160,7 +161,8 @@ TEST(SceneModel, HasEveryGeomThatIsDrawnWhereItStands) {
 
 // What moves with a station is told in the marker's frame, which the page moves.
 TEST(SceneModel, AStationOnItsMooringMovesWithTheMarker) {
-  trial::Scenario scenario = trial::LoadScenario("sea_moored_active", {"pose_source=true_pose"});
+  trial::Scenario scenario =
+      trial::LoadScenario("sea_moored_active", {"estimator.pose_source=true_pose"});
   const vehicle::Scene scene = vehicle::LoadScene(trial::SceneFilesOf(scenario), scenario.rig);
   const Json model = SceneModel(scene);
   size_t balls = 0, plates = 0;
@@ -273,7 +275,7 @@ TEST_F(PageFiles, ABatchWithoutTrialsSaysSo) {
 TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
   const batch::Plan plan(
       "schema_version: 1\ndescription: '<b>two</b>'\nscenario: sea_night_active\nseeds: 2\n"
-      "series_every_frames: 1\ngrid: {controller: [pid, lqg]}\n",
+      "series_every_frames: 1\ngrid: {control.use: [pid, lqg]}\n",
       "plan");
   batch::ResultStore store =
       batch::ResultStore::Write(Path("b.db"), batch::HeaderOf(plan, batch::Shard{}));
@@ -296,7 +298,7 @@ TEST_F(PageFiles, ABatchHasItsTrialsAndTheirSeriesFailuresFirst) {
   const Page page = BatchPage(store, "b.db");
   EXPECT_EQ(page.model["columns"]["seed"][0], "9223372036854775807");
   EXPECT_EQ(page.model["columns"]["failure"].dump(), "[\"none\",\"none\",\"timeout\",\"none\"]");
-  EXPECT_EQ(page.model["parameters"]["controller"].dump(), "[\"pid\",\"pid\",\"lqg\",\"lqg\"]");
+  EXPECT_EQ(page.model["parameters"]["control.use"].dump(), "[\"pid\",\"pid\",\"lqg\",\"lqg\"]");
   EXPECT_EQ(page.model["series_trials"].dump(), "[2,1,3]");
   EXPECT_TRUE(page.has_3d);
   // the report beside them: by the grid

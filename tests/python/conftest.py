@@ -10,7 +10,7 @@ import pytest
 
 import turbidock
 
-QUICK = {"pose_source": "true_pose"}
+QUICK = {"estimator.pose_source": "true_pose"}
 
 
 class CopiedController(turbidock.Controller):

@@ -263,7 +263,7 @@ def main():
     import turbidock
 
     with tempfile.TemporaryDirectory() as folder:
-        scenario = turbidock.Scenario("pool_active", settings={"vehicle_model": str(vehicle_files(pathlib.Path(folder)))})
+        scenario = turbidock.Scenario("pool_active", settings={"vehicle.model": str(vehicle_files(pathlib.Path(folder)))})
         rows = []
         for kind in given.kinds:
             for seed, (truth, table) in zip(range(given.first, given.first + given.logs),

@@ -12,7 +12,7 @@ import pytest
 HERE = pathlib.Path(__file__).parent
 NODES, EXAMPLES = HERE / "ros_nodes", HERE.parents[1] / "experiments/python/examples/ros"
 P_VOLTAGE = f"exec {sys.executable} {NODES / 'p_voltage.py'}"
-SHORT = ["--set", "pose_source=true_pose", "--set", "duration_s=4"]
+SHORT = ["--set", "estimator.pose_source=true_pose", "--set", "trial.duration_s=4"]
 PAPER = ["paper_sea_night_active", "--seed", "3", *SHORT]
 ROS = [sys.executable, "-c", "from turbidock._program import ros; ros()"]
 
@@ -66,7 +66,7 @@ def nothing_is_left(tmp_path):
 def built_in():
     """The digest of the trial PAPER with the controller in C++."""
     import turbidock
-    return turbidock.run("paper_sea_night_active", seed=3, settings={"pose_source": "true_pose", "duration_s": 4}).digest
+    return turbidock.run("paper_sea_night_active", seed=3, settings={"estimator.pose_source": "true_pose", "trial.duration_s": 4}).digest
 
 
 def plan(tmp_path, seeds):
@@ -76,6 +76,6 @@ def plan(tmp_path, seeds):
 description: a few
 scenario: paper_sea_night_active
 seeds: {seeds}
-set: {{pose_source: true_pose, duration_s: 3}}
+set: {{estimator.pose_source: true_pose, trial.duration_s: 3}}
 """)
     return file

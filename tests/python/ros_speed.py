@@ -70,9 +70,9 @@ def frame(plug_in, name, is_last):
 
 def measure(what, frames, **chosen):
     rows.clear()
-    settings = {"duration_s": frames / 30, "procedure.give_up_s": 1e3, "true_pose.found_after_s": 0, "pose_source": "true_pose"}
+    settings = {"trial.duration_s": frames / 30, "procedure.give_up_s": 1e3, "estimator.true_pose.found_after_s": 0, "estimator.pose_source": "true_pose"}
     if "estimator" in chosen:
-        settings["pose_source"] = "cameras"
+        settings["estimator.pose_source"] = "cameras"
     turbidock.ros.use(launch=f"exec {sys.executable} {NODES / 'at_once.py'}")
     turbidock.run(SCENARIO, seed=1, settings=settings, **chosen)
     turbidock.ros.use()

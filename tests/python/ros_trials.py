@@ -36,7 +36,7 @@ def test_the_trial_of_python_is_that_of_the_command(built_in):
     turbidock.ros.use(launch=P_VOLTAGE)
     try:
         result = turbidock.run("paper_sea_night_active", seed=3, controller=turbidock.ros.VoltsController,
-                               settings={"pose_source": "true_pose", "duration_s": 4})
+                               settings={"estimator.pose_source": "true_pose", "trial.duration_s": 4})
     finally:
         turbidock.ros.use()
     assert result.digest == built_in
@@ -50,8 +50,8 @@ def test_names_can_be_remapped(built_in):
 
 
 def test_a_stamp_is_that_of_the_exposure_and_the_clock_that_of_its_arrival(tmp_path):
-    said(ros("run", "pool_active", *SHORT, "--set", "camera_period_frames=2", "--set", "camera_delay_frames=3", "--set",
-             "camera_drop_probability=0.3", "--out", tmp_path / "out", "--answer", "wrench",
+    said(ros("run", "pool_active", *SHORT, "--set", "cameras.period_frames=2", "--set", "cameras.delay_frames=3", "--set",
+             "cameras.drop_probability=0.3", "--out", tmp_path / "out", "--answer", "wrench",
              launch=f"exec {sys.executable} {NODES / 'record.py'} {tmp_path / 'stamps'}"), 0)
     rows = pandas.read_csv(tmp_path / "out/trajectory.csv")
     arrived = rows[rows["image_time_s"].diff() > 0]
@@ -118,7 +118,7 @@ def test_a_service_that_nobody_has_is_named(nothing_is_left):
 @pytest.mark.parametrize("command", ["run", "batch"])
 def test_nothing_is_left_of_what_is_stopped(command, number, tmp_path, nothing_is_left):
     steers_nowhere = f"exec {sys.executable} {NODES / 'record.py'} {tmp_path / 'stamps'}"  # so the trial lasts
-    what = {"run": ["pool_active", "--set", "pose_source=true_pose", "--set", "camera_delay_frames=3", "--set", "duration_s=3600",
+    what = {"run": ["pool_active", "--set", "estimator.pose_source=true_pose", "--set", "cameras.delay_frames=3", "--set", "trial.duration_s=3600",
                     "--answer", "wrench", "--launch", steers_nowhere],
             "batch": [plan(tmp_path, 200), "--workers", "2", "--answer", "volts", "--launch", P_VOLTAGE]}[command]
     running = subprocess.Popen([*ROS, command, *what, "--quiet", "--out", tmp_path / "b.db"],
@@ -142,7 +142,7 @@ def gate(tmp_path_factory):
     file.write_text(f"""schema_version: 1
 description: the pool, from nearby
 scenario: {nearby}
-set: {{pose_source: true_pose, duration_s: 20}}
+set: {{estimator.pose_source: true_pose, trial.duration_s: 20}}
 seeds: 12
 gate: {{baseline: gate.baseline.yaml, margins: {{success_rate: 0.5}}}}
 """)
@@ -192,10 +192,10 @@ def test_a_trial_by_hand_is_stepped_changed_and_begun_again(tmp_path, nothing_is
     stamps = tmp_path / "stamps"
     launch = (f"{sys.executable} {NODES / 'record.py'} {stamps} & "
               f"{sys.executable} {NODES / 'hand.py'} {stamps} >> {tmp_path / 'said'} 2>&1; wait")
-    done = ros("by-hand", "pool_active", *SHORT, "--set", "true_pose.found_after_s=0", "--set", "camera_delay_frames=3", "--fast",
+    done = ros("by-hand", "pool_active", *SHORT, "--set", "estimator.true_pose.found_after_s=0", "--set", "cameras.delay_frames=3", "--fast",
                "--paused", "--answer", "wrench", launch=launch, environment=nothing_is_left)
     words = said(done, 0)
     assert len(re.findall(r"a trial begins; its services are of ROS_DOMAIN_ID [1-9]\d*\n", words)) == 2
-    assert "water.milk_ml_m3=20" in words and "rig.width_px: cannot change while the trial runs" in words
+    assert "water.milk_ml_m3=20" in words and "cameras.rig.width_px: cannot change while the trial runs" in words
     assert (tmp_path / "said").read_text().split() == ["paused", "stepped", "reset"], words
     assert "timeout" in done.stdout

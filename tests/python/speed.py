@@ -13,8 +13,8 @@ import time
 import turbidock
 
 SCENARIO = "sea_night_active"
-TRUE_POSE = {"pose_source": "true_pose", "duration_s": 30, "procedure.give_up_s": 100}
-CAMERAS = {"duration_s": 1.5}
+TRUE_POSE = {"estimator.pose_source": "true_pose", "trial.duration_s": 30, "procedure.give_up_s": 100}
+CAMERAS = {"trial.duration_s": 1.5}
 
 
 def run(settings):
@@ -57,7 +57,7 @@ def main():
              ("cameras, stepped, images handed out, beside a run that makes them in parts", step_with_images, run,
               CAMERAS, CAMERAS),
              ("cameras, stepped, images handed out", step_with_images, run, CAMERAS,
-              {**CAMERAS, "region_of_interest": False})]
+              {**CAMERAS, "trial.region_of_interest": False})]
     print("what,ratio")
     for name, ours, theirs, our_settings, their_settings in pairs:
         ours(our_settings), theirs(their_settings)  # warm

@@ -192,7 +192,7 @@ def test_compressed_images_of_a_bayer_sensor_are_refused(tmp_path):
 
 
 def test_an_mcap_of_another_profile_is_named(tmp_path):
-    trial = turbidock.run("sea_night_active", settings={"pose_source": "true_pose", "duration_s": 1})
+    trial = turbidock.run("sea_night_active", settings={"estimator.pose_source": "true_pose", "trial.duration_s": 1})
     logs.to_mcap(trial, tmp_path / "trial.mcap")
     with pytest.raises(turbidock.ConfigError, match="trial.mcap: an MCAP of profile '', must be ros2"):
         logs.read_bag(tmp_path / "trial.mcap", {"motion": {"imu": "/imu"}})

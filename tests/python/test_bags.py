@@ -168,7 +168,7 @@ def test_a_bag_is_a_table_of_motion_with_its_own_times(maker, tmp_path):
 
 def test_identify_takes_what_a_bag_gives(simple):
     """A trial comes back from a bag as it was, to the nanosecond, and tells of its vehicle."""
-    simulated = turbidock.run("pool_active", seed=3, settings={**QUICK, "duration_s": 8}).trajectory
+    simulated = turbidock.run("pool_active", seed=3, settings={**QUICK, "trial.duration_s": 8}).trajectory
     volts = MOTION["commands"]["columns"]
     for row in simulated.to_dict("records"):
         at = START_NS + round(1e9 * row["time_s"])

@@ -10,7 +10,7 @@ from conftest import QUICK, CopiedController, FixedEstimator, OddController
 
 def plan(**more):
     return {"description": "a few", "scenario": "pool_active", "seeds": 3,
-            "set": {**QUICK, "duration_s": 6}, **more}
+            "set": {**QUICK, "trial.duration_s": 6}, **more}
 
 
 def test_a_batch_is_a_frame_and_goes_on(tmp_path):
@@ -22,7 +22,7 @@ def test_a_batch_is_a_frame_and_goes_on(tmp_path):
     assert list(turbidock.read_results(out)["digest"]) == list(trials["digest"])
     for row in trials.itertuples():
         alone = turbidock.run("pool_active", seed=int(row.seed),
-                              settings={**QUICK, "duration_s": 6})
+                              settings={**QUICK, "trial.duration_s": 6})
         assert alone.digest == row.digest
 
 
@@ -30,7 +30,7 @@ def test_a_stored_series_has_the_rows_of_the_log(tmp_path):
     out = str(tmp_path / "b.db")
     trials = turbidock.batch(plan(series_every_frames=10), out, workers=2)
     alone = turbidock.run("pool_active", seed=int(trials["seed"][1]),
-                          settings={**QUICK, "duration_s": 6}).trajectory
+                          settings={**QUICK, "trial.duration_s": 6}).trajectory
     stored = turbidock.read_series(out, 1)
     assert len(stored) > 1
     assert stored.equals(alone[::10].reset_index(drop=True))
@@ -38,8 +38,8 @@ def test_a_stored_series_has_the_rows_of_the_log(tmp_path):
 
 def test_labels_stay_as_they_are(tmp_path):
     labels = ["None", "NA", "01", "1e1", "nan"]
-    cases = {label: {"camera_delay_frames": 1 + i} for i, label in enumerate(labels)}
-    trials = turbidock.batch(plan(seeds=1, cases=cases, set={**QUICK, "duration_s": 0.5}), str(tmp_path / "b.db"), workers=2)
+    cases = {label: {"cameras.delay_frames": 1 + i} for i, label in enumerate(labels)}
+    trials = turbidock.batch(plan(seeds=1, cases=cases, set={**QUICK, "trial.duration_s": 0.5}), str(tmp_path / "b.db"), workers=2)
     assert list(trials["case"]) == labels
     assert trials.groupby("case").size().sum() == 5
     assert trials["time_s"].dtype.kind in "fi" and trials["insertion_time_s"].isna().all()
@@ -49,14 +49,14 @@ def test_a_batch_with_a_law_in_python(tmp_path):
     trials = turbidock.batch(plan(), str(tmp_path / "b.db"), workers=2, controller=CopiedController)
     for row in trials.itertuples():
         alone = turbidock.run("pool_active", seed=int(row.seed), controller=CopiedController,
-                              settings={**QUICK, "duration_s": 6})
+                              settings={**QUICK, "trial.duration_s": 6})
         assert alone.digest == row.digest
 
 
 def test_a_batch_goes_on_when_a_law_raises_or_hangs(tmp_path):
     trials = turbidock.batch(
         plan(seeds=1, trial_time_limit_s=5,
-             grid={"odd_controller.does": ["nothing", "raise", "hang", "nothing again"]}),
+             grid={"control.odd_controller.does": ["nothing", "raise", "hang", "nothing again"]}),
         str(tmp_path / "b.db"), workers=2, controller=OddController)
     assert list(trials["outcome"])[1:3] == ["crashed", "hung"]
     assert trials["outcome"][0] not in ("crashed", "hung")
@@ -65,8 +65,8 @@ def test_a_batch_goes_on_when_a_law_raises_or_hangs(tmp_path):
 def test_a_batch_goes_on_when_an_estimator_raises_or_hangs(tmp_path):
     out = str(tmp_path / "b.db")
     trials = turbidock.batch(
-        plan(seeds=1, trial_time_limit_s=10, set={"duration_s": 0.3},
-             grid={"fixed_estimator.does": ["nothing", "raise", "nan", "hang", "nothing again"]}),
+        plan(seeds=1, trial_time_limit_s=10, set={"trial.duration_s": 0.3},
+             grid={"estimator.fixed_estimator.does": ["nothing", "raise", "nan", "hang", "nothing again"]}),
         out, workers=2, estimator=FixedEstimator)
     assert list(trials["outcome"]) == ["timeout", "crashed", "crashed", "hung", "timeout"]
     with sqlite3.connect(out) as file:
@@ -76,7 +76,7 @@ def test_a_batch_goes_on_when_an_estimator_raises_or_hangs(tmp_path):
 
 def test_silence_is_neither_success_nor_failure_and_runs_again(tmp_path, monkeypatch):
     def batch():
-        return turbidock.batch(plan(seeds=1, grid={"odd_controller.does": ["nothing", "silent", "nothing again"]}),
+        return turbidock.batch(plan(seeds=1, grid={"control.odd_controller.does": ["nothing", "silent", "nothing again"]}),
                                str(tmp_path / "b.db"), workers=1, controller=OddController)
 
     trials = batch()
@@ -84,7 +84,7 @@ def test_silence_is_neither_success_nor_failure_and_runs_again(tmp_path, monkeyp
     assert trials["reason"][1] == "no answer from the other program"
     assert trials["outcome"][0] == trials["outcome"][2] != "no_answer"  # in the same process
     with pytest.raises(turbidock.NoAnswer, match="^no answer from the other program$"):
-        turbidock.run("pool_active", controller=OddController, settings={**QUICK, "odd_controller.does": "silent"})
+        turbidock.run("pool_active", controller=OddController, settings={**QUICK, "control.odd_controller.does": "silent"})
     before = turbidock.read_results(tmp_path / "b.db", timing=True)["wall_time_s"]
     monkeypatch.setenv("MENDED", "1")
     assert list(batch()["outcome"]) == [trials["outcome"][0]] * 3
@@ -93,10 +93,10 @@ def test_silence_is_neither_success_nor_failure_and_runs_again(tmp_path, monkeyp
 
 
 def test_a_batch_after_drawing(tmp_path):
-    trial = turbidock.Trial("pool_active", settings={"duration_s": 0.2}, images=True)
+    trial = turbidock.Trial("pool_active", settings={"trial.duration_s": 0.2}, images=True)
     for _ in trial:
         pass
-    trials = turbidock.batch(plan(seeds=2, set={"duration_s": 0.2}, trial_time_limit_s=60),
+    trials = turbidock.batch(plan(seeds=2, set={"trial.duration_s": 0.2}, trial_time_limit_s=60),
                              str(tmp_path / "b.db"), workers=2)
     assert list(trials["outcome"]) == ["timeout", "timeout"]
 
@@ -106,7 +106,7 @@ def test_a_gate_judges_a_law_in_python(tmp_path):
     gate.write_text("""schema_version: 1
 description: the pool
 scenario: pool_active
-set: {pose_source: true_pose}
+set: {estimator.pose_source: true_pose}
 seeds: 12
 gate: {baseline: gate.baseline.yaml, margins: {success_rate: 0.5}}
 """)
@@ -115,11 +115,11 @@ gate: {baseline: gate.baseline.yaml, margins: {success_rate: 0.5}}
     # it lets the vehicle drift
     assert turbidock.gate(str(gate), workers=2, controller=OddController)["verdict"] == "fail"
     with pytest.raises(turbidock.SimulatorFault, match="crashed"):
-        turbidock.gate(str(gate), workers=2, controller=OddController, settings={"odd_controller.does": "raise"})
+        turbidock.gate(str(gate), workers=2, controller=OddController, settings={"control.odd_controller.does": "raise"})
     with pytest.raises(turbidock.SimulatorFault, match="no_answer: no answer from the other program"):
-        turbidock.gate(str(gate), workers=2, controller=OddController, settings={"odd_controller.does": "silent"})
+        turbidock.gate(str(gate), workers=2, controller=OddController, settings={"control.odd_controller.does": "silent"})
     with pytest.raises(turbidock.SimulatorFault, match="hung"):
-        turbidock.gate(str(gate), workers=2, controller=OddController, settings={"odd_controller.does": "hang"},
+        turbidock.gate(str(gate), workers=2, controller=OddController, settings={"control.odd_controller.does": "hang"},
                        time_limit_s=3)
 
 
@@ -128,17 +128,17 @@ def test_a_gate_judges_an_estimator_in_python(tmp_path):
     gate.write_text("""schema_version: 1
 description: the pool
 scenario: pool_active
-set: {pose_source: true_pose}
+set: {estimator.pose_source: true_pose}
 seeds: 12
 gate: {baseline: gate.baseline.yaml, margins: {success_rate: 0.5}}
 """)
     turbidock.gate(str(gate), workers=2, update=True)
-    seen = {"pose_source": "cameras", "duration_s": 0.3}
+    seen = {"estimator.pose_source": "cameras", "trial.duration_s": 0.3}
     assert turbidock.gate(str(gate), workers=2, estimator=FixedEstimator,
                           settings=seen)["verdict"] == "fail"  # nothing docks in 0.3 s
     with pytest.raises(turbidock.SimulatorFault, match="crashed"):
         turbidock.gate(str(gate), workers=2, estimator=FixedEstimator,
-                       settings={**seen, "fixed_estimator.does": "nan"})
+                       settings={**seen, "estimator.fixed_estimator.does": "nan"})
 
 
 def test_bad_plans_are_named(tmp_path):

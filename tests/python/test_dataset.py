@@ -13,7 +13,7 @@ from pycocotools.coco import COCO
 SIZE = (240, 320)
 # Near, from the side and tilted: some of the markers leave the image, some of the balls are behind the box.
 PLAN = {"schema_version": 1, "description": "near the marker", "scenario": "pool_active", "seeds": 12, "master_seed": 3,
-        "set": {"rig.width_px": SIZE[1], "rig.height_px": SIZE[0], "start.distance_min_m": 0.3,
+        "set": {"cameras.rig.width_px": SIZE[1], "cameras.rig.height_px": SIZE[0], "start.distance_min_m": 0.3,
                 "start.distance_max_m": 0.6, "start.lateral_m": 0.35, "start.heading_rad": 0.7, "start.roll_rad": 0.3,
                 "start.pitch_rad": 0.2}}
 
@@ -145,6 +145,6 @@ def test_bad_input(tmp_path):
     with pytest.raises(ValueError, match="pairs_per_shard must be at least 1"):
         turbidock.dataset(PLAN, tmp_path, pairs_per_shard=0)
     with pytest.raises(turbidock.ConfigError, match="lens: must be 0"):
-        turbidock.dataset(PLAN, tmp_path, seeds=1, settings={"lens.k1": -0.1}, workers=1)
+        turbidock.dataset(PLAN, tmp_path, seeds=1, settings={"cameras.lens.k1": -0.1}, workers=1)
     with pytest.raises(ValueError, match="no bundled plan"):
         turbidock.dataset("detector_image", tmp_path)

@@ -10,7 +10,7 @@ from turbidock.docking_env import PolicyController
 from conftest import QUICK
 
 
-SMALL = {"rig.width_px": 160, "rig.height_px": 120}
+SMALL = {"cameras.rig.width_px": 160, "cameras.rig.height_px": 120}
 
 
 @pytest.mark.parametrize("observe, settings", [
@@ -25,7 +25,7 @@ def test_passes_the_checker(observe, settings):
 def test_a_film_of_the_true_pose_is_the_same_trial():
     def make(**options):
         return gymnasium.make("turbidock/Docking-v0", frames_per_action=6, **options,
-                              settings={**QUICK, **SMALL, "duration_s": 3})
+                              settings={**QUICK, **SMALL, "trial.duration_s": 3})
 
     env = make(render_mode="rgb_array", observe=("estimate", "images"))
     observation, _ = env.reset(options={"seed": 4})
@@ -43,7 +43,7 @@ def test_a_film_of_the_true_pose_is_the_same_trial():
 
 def test_info_has_the_parts_of_the_reward():
     env = gymnasium.make("turbidock/Docking-v0", scenario="pool_active",
-                         settings={**QUICK, "duration_s": 30})
+                         settings={**QUICK, "trial.duration_s": 30})
     observation, info = env.reset(options={"seed": 2})
     assert info["in_control"] and info["stage"] == "visual_servoing" and info["settings"] == {}
     over, stages = False, set()
@@ -64,27 +64,27 @@ def test_it_says_what_it_is():
 
 
 def test_settings_of_one_trial():
-    env = gymnasium.make("turbidock/Docking-v0", settings={**QUICK, "duration_s": 30})
-    observation, info = env.reset(seed=1, options={"seed": 3, "settings": {"duration_s": 2}})
-    assert info["settings"] == {"duration_s": 2}
-    end = episode(env, act, options={"seed": 3, "settings": {"duration_s": 2}})
+    env = gymnasium.make("turbidock/Docking-v0", settings={**QUICK, "trial.duration_s": 30})
+    observation, info = env.reset(seed=1, options={"seed": 3, "settings": {"trial.duration_s": 2}})
+    assert info["settings"] == {"trial.duration_s": 2}
+    end = episode(env, act, options={"seed": 3, "settings": {"trial.duration_s": 2}})
     assert end["outcome"] == "timeout" and end["time_s"] == pytest.approx(2)
     assert episode(env, act, options={"seed": 3})["time_s"] > 2
     with pytest.raises(ValueError, match="options: sead: unknown; there are seed and settings"):
         env.reset(options={"sead": 3})
     with pytest.raises(turbidock.ConfigError, match="did you mean duration_s"):
-        env.reset(options={"settings": {"durations_s": 3}})
+        env.reset(options={"settings": {"trial.durations_s": 3}})
 
 
 def test_domain_randomisation_draws_as_plans_do(tmp_path):
-    random = {"start.heading_rad": {"uniform": [0.0, 0.2]}, "camera_delay_frames": {"choice": [1, 2]}}
-    env = gymnasium.make("turbidock/Docking-v0", random=random, settings={**QUICK, "duration_s": 2})
+    random = {"start.heading_rad": {"uniform": [0.0, 0.2]}, "cameras.delay_frames": {"choice": [1, 2]}}
+    env = gymnasium.make("turbidock/Docking-v0", random=random, settings={**QUICK, "trial.duration_s": 2})
     env.reset(seed=1)
     drawn = [env.reset(options={"seed": seed})[1]["settings"] for seed in (5, 5, 6, 7, 8)]
     assert drawn[0] == drawn[1] != drawn[2]
-    assert {each["camera_delay_frames"] for each in drawn} == {1, 2}
+    assert {each["cameras.delay_frames"] for each in drawn} == {1, 2}
     plan = {"schema_version": 1, "description": "one", "scenario": "sea_night_active", "seeds": 1,
-            "master_seed": 5, "set": {**QUICK, "duration_s": 0.1}, "random": random}
+            "master_seed": 5, "set": {**QUICK, "trial.duration_s": 0.1}, "random": random}
     trials = turbidock.batch(plan, str(tmp_path / "b.db"), workers=1)
     assert {key: trials[key][0] for key in random} == drawn[0]
     with pytest.raises(turbidock.ConfigError, match=r"^start.heading_rad.unifrom: must be one of uniform"):
@@ -95,7 +95,7 @@ def test_domain_randomisation_draws_as_plans_do(tmp_path):
 
 def test_the_same_seed_is_the_same_episode():
     def episode():
-        env = gymnasium.make("turbidock/Docking-v0", settings={**QUICK, "duration_s": 8})
+        env = gymnasium.make("turbidock/Docking-v0", settings={**QUICK, "trial.duration_s": 8})
         observation, info = env.reset(seed=4)
         rng, seen = np.random.default_rng(1), [observation]
         while True:
@@ -162,7 +162,7 @@ def test_a_policy_docks_through_the_cameras_and_sees_the_last_image():
 
 
 def test_two_environments_in_one_process_do_not_meet():
-    settings = {**QUICK, "duration_s": 4}
+    settings = {**QUICK, "trial.duration_s": 4}
 
     def make():
         return gymnasium.make("turbidock/Docking-v0", scenario="pool_active", settings=settings)
@@ -187,7 +187,7 @@ class Policy(PolicyController):
 
 
 def test_a_policy_is_the_same_as_a_law():
-    settings = {**QUICK, "duration_s": 20}
+    settings = {**QUICK, "trial.duration_s": 20}
     env = gymnasium.make("turbidock/Docking-v0", scenario="pool_active", settings=settings)
     end = episode(env, lambda seen: act(seen).astype(np.float32), seed=2)
     law = turbidock.run("pool_active", seed=end["seed"], controller=Policy, settings=settings)
@@ -200,12 +200,12 @@ def test_gymnasiums_vector_environment_runs_it_in_processes():
         return gymnasium.make_vec(
             "turbidock/Docking-v0", num_envs=3, vectorization_mode=mode,
             wrappers=[lambda env: gymnasium.wrappers.TransformReward(env, lambda reward: 2 * reward)],
-            settings={**QUICK, "duration_s": 3})  # control begins earlier
+            settings={**QUICK, "trial.duration_s": 3})  # control begins earlier
 
     ours, theirs = make("async"), make("sync")
     before, after = ours.reset(seed=7), theirs.reset(seed=7)
     np.testing.assert_equal(before, after)
-    ends, twice = 0, gymnasium.make("turbidock/Docking-v0", settings={**QUICK, "duration_s": 3})
+    ends, twice = 0, gymnasium.make("turbidock/Docking-v0", settings={**QUICK, "trial.duration_s": 3})
     twice.reset(seed=8)
     for given in np.random.default_rng(3).uniform(-1, 1, (40, 3, 4)).astype(np.float32):
         one, other = ours.step(given), theirs.step(given)

@@ -188,7 +188,7 @@ def test_water_that_was_measured_stays_where_a_current_is_tried(scenario, comman
         table[name][at] = log[name]
     water = {f"water_{axis}_mps": 0.01 * np.sin(time_s + k) for k, axis in enumerate("xyz")}
     task = _task.Task(table | water, scenario, "steady", 0, 1)
-    rows = np.loadtxt(task.problem.scenarios[0]["sea.current.series"], delimiter=",", skiprows=1)
+    rows = np.loadtxt(task.problem.scenarios[0]["sea.current.file"], delimiter=",", skiprows=1)
     assert len(rows) == pytest.approx(20 * time_s[-1], abs=2)
     assert np.allclose(rows[:, 1:], 0.01 * np.sin(rows[:, :1] + [0, 1, 2]), atol=1e-5)
     assert "water.x" in task.problem.index
@@ -341,8 +341,8 @@ def test_the_vehicles_file_is_what_was_found(simulated, tmp_path):
     assert "not told, kept" in text and all(text.count(f"# {name}:") == 1 for name in ("lag", "lag_power", "centre_ahead"))
     kept = fit.table()[~fit.table()["told"]]
     assert len(kept) and (kept["value"] == kept["before"]).all() and not fit.doubt
-    mine = turbidock.Scenario("pool_active", settings={"vehicle_model": str(tmp_path / "mine.xml")})
-    for group in ("vehicle", "known_vehicle"):  # the laws' model follows
+    mine = turbidock.Scenario("pool_active", settings={"vehicle.model": str(tmp_path / "mine.xml")})
+    for group in ("vehicle", "control.known_vehicle"):  # the laws' model follows
         assert mine[f"{group}.hydrodynamics.added_mass_diagonal"][0] == pytest.approx(fit.value("added_mass.surge"))
         assert mine[f"{group}.thrusters.lag_s"] == pytest.approx(fit.value("thrust.lag"))
         assert mine[f"{group}.thrusters.dead_time_s"] == pytest.approx(fit.value("delay.pose")) == pytest.approx(0.05, abs=0.03)

@@ -217,7 +217,7 @@ def test_a_tether_and_a_battery_that_sags_are_offered_by_name(tmp_path, kind, fi
     import logs_coverage
 
     truth, table = logs_coverage.logs_of([kind], [600], 40)[0]
-    scenario = turbidock.Scenario("pool_active", settings={"vehicle_model": str(logs_coverage.vehicle_files(tmp_path))})
+    scenario = turbidock.Scenario("pool_active", settings={"vehicle.model": str(logs_coverage.vehicle_files(tmp_path))})
     doubt = identify.fit(table, scenario, workers=2).doubt
     assert f"--find {find}" in doubt and float(doubt.split(f"{name} ")[1].split()[0]) == pytest.approx(
         logs_coverage.true_values(truth)[name], rel=0.3)
@@ -234,7 +234,7 @@ def test_a_doubt_says_when(tmp_path):
     (_, table), = logs_coverage.logs_of(["clean"], [600], 30)
     time_s = table["time_s"]
     table["vehicle_x_m"] = table["vehicle_x_m"] + 0.3 * np.sin(np.pi * np.clip((time_s - 11) / 3, 0, 1))**2
-    scenario = turbidock.Scenario("pool_active", settings={"vehicle_model": str(logs_coverage.vehicle_files(tmp_path))})
+    scenario = turbidock.Scenario("pool_active", settings={"vehicle.model": str(logs_coverage.vehicle_files(tmp_path))})
     begin, end = identify.fit(table, scenario, workers=2).doubt.split(", most from ")[1].split(" s of log 1: ")[0].split(" to ")
     assert float(begin) < 14 and float(end) > 11
 
@@ -274,5 +274,5 @@ def test_a_vehicle_that_rests_lacks_no_model(tmp_path):
     times, volts = logs_coverage.commands_of(truth["rng"], 25)
     volts[:] = 2.5
     table = logs_coverage.table_of(truth, times, volts, logs_coverage.fly([truth], times, volts[None], 25)[:, 0])
-    scenario = turbidock.Scenario("pool_active", settings={"vehicle_model": str(logs_coverage.vehicle_files(tmp_path))})
+    scenario = turbidock.Scenario("pool_active", settings={"vehicle.model": str(logs_coverage.vehicle_files(tmp_path))})
     assert identify.fit(table, scenario, workers=2).doubt in ("", identify.TOGETHER)

@@ -37,14 +37,14 @@ def recorded(folder, *sets, more=()):
 
 @pytest.fixture(scope="module")
 def trial(tmp_path_factory):
-    folder = recorded(tmp_path_factory.mktemp("trial"), "duration_s=1.6", "camera_delay_frames=3")
+    folder = recorded(tmp_path_factory.mktemp("trial"), "trial.duration_s=1.6", "cameras.delay_frames=3")
     logs.to_mcap(folder)
     return folder
 
 
 @pytest.fixture(scope="module")
 def docked(tmp_path_factory):
-    folder = recorded(tmp_path_factory.mktemp("docked"), "pose_source=true_pose")
+    folder = recorded(tmp_path_factory.mktemp("docked"), "estimator.pose_source=true_pose")
     logs.to_mcap(folder)
     return folder
 
@@ -96,7 +96,7 @@ def test_commands_and_state_are_the_other_columns(trial):
 
 
 def test_steps_of_the_physics_come_along(tmp_path):
-    folder = recorded(tmp_path / "steps", "pose_source=true_pose", "duration_s=0.5", more=["--motion"])
+    folder = recorded(tmp_path / "steps", "estimator.pose_source=true_pose", "trial.duration_s=0.5", more=["--motion"])
     found, log = messages(logs.to_mcap(folder), "/motion"), read_motion(folder / "motion.csv")
     assert len(found) == len(log["time_s"]) > 200
     assert [log_ns for log_ns, _, _ in found] == nanoseconds(log["time_s"])
@@ -274,10 +274,10 @@ def test_all_images_by_flying_again(tmp_path, trial):
 
 
 def test_a_result_and_a_replay_of_a_batch_are_trials_too(tmp_path):
-    result = turbidock.run("pool_active", seed=3, settings={**QUICK, "duration_s": 1})
+    result = turbidock.run("pool_active", seed=3, settings={**QUICK, "trial.duration_s": 1})
     file = logs.to_mcap(result, tmp_path / "result.mcap")
     assert len(messages(file, "/tf")) == len(result.trajectory)
-    turbidock.batch({"scenario": "pool_active", "seeds": 2, "set": {**QUICK, "duration_s": 1}}, tmp_path / "b.db", workers=1)
+    turbidock.batch({"scenario": "pool_active", "seeds": 2, "set": {**QUICK, "trial.duration_s": 1}}, tmp_path / "b.db", workers=1)
     subprocess.run([os.environ.get("PROGRAM", "build/bin/turbidock"), "replay", tmp_path / "b.db", "1", "--no-video", "--quiet",
                     "--out", tmp_path / "replay"], check=True)
     assert len(messages(logs.to_mcap(tmp_path / "replay"), "/tf")) == 30

@@ -22,13 +22,13 @@ BASES = ("pool_active", "approach_5m")
 ELEMENTS = {
     "marker.balls": [{"name": "one", "hue_rad": 0}, {"name": "other", "hue_rad": 3}],
     "_coupling": [{"row": "surge", "column": "sway"}, {"row": "sway", "column": "surge"}],
-    "fiducial.tags": [{"id": 0}, {"id": 1}],
+    "estimator.fiducial.tags": [{"id": 0}, {"id": 1}],
 }
 # Values that the types and ranges do not say, by the end of the key.
 VALUES = {
     "start.position_m": [-1, 0, -0.5], "start.quaternion_wxyz": [0, 0, 0, 1],
     "start.velocity_mps": [0.1, 0, 0], "start.turn_rate_rad_s": [0.1, 0, 0],
-    "mooring.natural_period_s": 5, "thrusters.effectiveness": [0.6, 1, 1, 1],
+    "station.mooring.natural_period_s": 5, "thrusters.effectiveness": [0.6, 1, 1, 1],
     "table_volts": [0, 2.5, 4.9], "table_thrust_newton": [-4, 0, 6],
     "lights[].light": "red", "fish[].shines_as": "red", "tags[].q_MT_wxyz": [0, 1, 0, 0],
     "schema_version": 1, "added_mass_coupling[].value": 0.1,
@@ -36,17 +36,17 @@ VALUES = {
 # What has to be given before, "@" for the group that the key is in.
 BEFORE = {
     "start.quaternion_wxyz": {"start.position_m": [-1, 0, -0.5]},
-    "sea.current.series": {"sea.current.surface_velocity_mps": [0, 0, 0]},
+    "sea.current.file": {"sea.current.surface_velocity_mps": [0, 0, 0]},
     "table_volts": {"@": {"table_volts": [0, 2.5, 5], "table_thrust_newton": [-4, 0, 5]}},
     "table_thrust_newton": {"@": {"table_volts": [0, 2.5, 5], "table_thrust_newton": [-4, 0, 5]}},
     "added_mass_coupling[].value": {"@": [{"row": "surge", "column": "sway", "value": 0.1},
                                           {"row": "sway", "column": "surge", "value": 0.1}]},
 }
 FILES = {
-    "model": ("own.xml", "pool_active.xml"), "station_model": ("own_station.xml", "station.xml"),
-    "vehicle_model": ("bluerov2_heavy.xml", None),
-    "sea.current.series": ("current.csv", "time_s,water_x_mps,water_y_mps\n0,0,0\n100,0,0.1\n"),
-    "playback.file": ("commands.csv", "time_s,surge_newton,sway_newton,heave_newton,yaw_newton_m\n0,0,0,0,0\n9,1,0,0,0\n"),
+    "trial.scene": ("own.xml", "pool_active.xml"), "station.model": ("own_station.xml", "station.xml"),
+    "vehicle.model": ("bluerov2_heavy.xml", None),
+    "sea.current.file": ("current.csv", "time_s,water_x_mps,water_y_mps\n0,0,0\n100,0,0.1\n"),
+    "control.playback.file": ("commands.csv", "time_s,surge_newton,sway_newton,heave_newton,yaw_newton_m\n0,0,0,0,0\n9,1,0,0,0\n"),
 }
 
 
@@ -86,10 +86,10 @@ def others(doc, now, folder):
 
 
 def of_group(group, docs, scenario):
-    """The first key of a group that can be moved, as the group's value."""
+    """The first key of a group that can be moved, as the group's value; no seed, which a plan does not take."""
     for doc in docs:
         inner = doc.key.removeprefix(group + ".")
-        if inner == doc.key or "." in inner:
+        if inner == doc.key or "." in inner or doc.key == "trial.seed":
             continue
         if doc.type == "group of keys" and (value := of_group(doc.key, docs, scenario)):
             return {inner: value}
@@ -160,7 +160,7 @@ class TestEveryKey:
         # added mass is symmetric: of two elements alone none can change
         same = {case.listed for case in of if case.expected == case.begun().to_yaml()}
         assert same <= {"schema_version", "vehicle.hydrodynamics.added_mass_coupling[].value",
-                        "known_vehicle.hydrodynamics.added_mass_coupling[].value"}, same
+                        "control.known_vehicle.hydrodynamics.added_mass_coupling[].value"}, same
 
     def test_as_an_item(self, base):
         for case in cases(base):
@@ -206,11 +206,11 @@ class TestEveryKey:
 
     def test_of_an_environment(self, base):
         def with_seed(case):
-            return re.sub(r"^seed: \d+", "seed: 5", case.expected, flags=re.M)
+            return re.sub(r"^  seed: \d+", "  seed: 5", case.expected, flags=re.M)
 
         env = DockingEnv(base)
         for case in cases(base):
-            if case.key != "seed":  # which an environment gives each trial
+            if case.key != "trial.seed":  # which an environment gives each trial
                 assert env._draw(5, case.settings)[0].to_yaml() == with_seed(case), case.key
         for case in cases(base)[::5]:
             made = DockingEnv(base, settings=case.settings)

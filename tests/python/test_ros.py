@@ -19,7 +19,7 @@ from ros_command import (EXAMPLES, HERE, P_VOLTAGE, PAPER, built_in, nothing_is_
 from turbidock._program import PROGRAM
 from turbidock.ros import by_hand, command, exchange, nodes, plug_ins, topics, wire
 
-QUICK = {"pose_source": "true_pose", "true_pose.found_after_s": 0, "duration_s": 1}
+QUICK = {"estimator.pose_source": "true_pose", "estimator.true_pose.found_after_s": 0, "trial.duration_s": 1}
 
 
 def right_answer(topic, message):
@@ -131,7 +131,7 @@ def play(monkeypatch):
     def fly(what, controller=turbidock.ros.WrenchController, estimator=None, **stack):
         monkeypatch.setattr(Played, "what", what)
         turbidock.ros.use(**{"answer_s": 0.2, "first_answer_s": 0.4, **stack})
-        settings = {**QUICK, "duration_s": 0.1, "pose_source": "cameras"} if estimator else QUICK
+        settings = {**QUICK, "trial.duration_s": 0.1, "estimator.pose_source": "cameras"} if estimator else QUICK
         return turbidock.run("pool_active", controller=None if estimator else controller, estimator=estimator,
                              settings=settings)
 
@@ -286,8 +286,8 @@ def test_the_table_has_every_topic():
     ("run pool_active --ros-args -r a:=b -- --answer wrench --domain 300", "--domain: 300 must be in 0 to 232"),
     ("run pool_active --answer wrench --launch=", "--launch: is empty; leave it out where there is none"),
     ("batch a.yaml --answer wrench --nodes-version=", "--nodes-version: is empty"),
-    ("run pool_active --answer wrench --set controller=pid", "--set controller=pid and --answer wrench: must be one of them"),
-    ("run pool_active --estimator --set=pose_source=true_pose", "--set pose_source=true_pose and --estimator: must be one"),
+    ("run pool_active --answer wrench --set control.use=pid", "--set control.use=pid and --answer wrench: must be one of them"),
+    ("run pool_active --estimator --set=estimator.pose_source=true_pose", "--set estimator.pose_source=true_pose and --estimator: must be one"),
     ("run pool_active --answer wrench --answer-within 0", "--answer-within: 0 must be above 0"),
 ])
 def test_a_command_line_that_cannot_be(monkeypatch, arguments, problem):
@@ -413,13 +413,13 @@ def test_a_controller_as_a_node_flies_the_trial_of_the_built_in_one(built_in, tm
 
 
 def test_lqg_as_a_node_that_is_slow_flies_the_trial_of_the_built_in_one(nothing_is_left):
-    trial = ["sea_night_active", "--seed", "7", "--set", "pose_source=true_pose", "--set", "duration_s=8"]
+    trial = ["sea_night_active", "--seed", "7", "--set", "estimator.pose_source=true_pose", "--set", "trial.duration_s=8"]
     led = ["--set", "ros_wrench.setpoint.enabled=true"]
     done = ros("run", *trial, *led, "--json", "--answer", "wrench", environment=nothing_is_left,
                launch=f"exec {sys.executable} {HERE / 'ros_nodes/lqg.py'} sea_night_active slow")
     said(done, 0)
     ours = turbidock.run("sea_night_active", seed=7,
-                         settings={"pose_source": "true_pose", "duration_s": 8, "lqg.setpoint.enabled": True})
+                         settings={"estimator.pose_source": "true_pose", "trial.duration_s": 8, "control.lqg.setpoint.enabled": True})
     assert json.loads(done.stdout)["digest"] == ours.digest
     assert ours.trajectory["controlled"].sum() > 100
 

@@ -13,12 +13,12 @@ from conftest import QUICK, CopiedPid
 
 def test_a_value_has_its_keys_type():
     s = turbidock.Scenario("pool_active")
-    s.duration_s = 60
-    for key, kind in (("duration_s", float), ("seed", int), ("region_of_interest", bool),
-                      ("description", str), ("pose_source", str), ("true_pose.noise", tuple)):
+    s.trial.duration_s = 60
+    for key, kind in (("trial.duration_s", float), ("trial.seed", int), ("trial.region_of_interest", bool),
+                      ("description", str), ("estimator.pose_source", str), ("estimator.true_pose.noise", tuple)):
         assert type(s[key]) is kind, key
     with pytest.raises(TypeError):
-        s.true_pose.noise[0] = 1  # else it would change nothing
+        s.estimator.true_pose.noise[0] = 1  # else it would change nothing
 
 
 def test_a_text_is_not_read_as_yaml():
@@ -27,9 +27,9 @@ def test_a_text_is_not_read_as_yaml():
         s.description = text
         assert s.description == text
         assert turbidock.Scenario("pool_active", settings={"description": text}).description == text
-    s.duration_s = "30"  # a number as text
+    s.trial.duration_s = "30"  # a number as text
     s["start.position_m"] = "[-2, 0, 0]"
-    assert s.duration_s == 30 and s.start.position_m == (-2, 0, 0)
+    assert s.trial.duration_s == 30 and s.start.position_m == (-2, 0, 0)
 
 
 def test_a_preset_that_undoes_what_was_given_warns():
@@ -61,18 +61,18 @@ def test_a_list_of_groups_does_not_grow_unseen():
 
 def test_a_seed_is_given_once():
     with pytest.raises(turbidock.ConfigError, match="seed: is given by itself and in settings"):
-        turbidock.Scenario("pool_active", seed=4, settings={"seed": 3})
+        turbidock.Scenario("pool_active", seed=4, settings={"trial.seed": 3})
 
 
 def test_keys_are_listed_and_shown():
     s = turbidock.Scenario("pool_active", settings={"water.milk_ml_m3": 7})
-    assert {"water", "duration_s", "copy"} <= set(dir(s))
+    assert {"water", "trial", "copy"} <= set(dir(s))
     assert dict(s.water)["milk_ml_m3"] == 7.0
     assert "milk_ml_m3=7.0" in repr(s.water) and "radius_m=" in repr(s.marker.balls)
     table = turbidock.keys()
     for key in table["key"][~table["key"].str.contains("[]", regex=False)]:
         s[key]  # all of them
-    result = turbidock.run(s, settings={**QUICK, "duration_s": 0.1})
+    result = turbidock.run(s, settings={**QUICK, "trial.duration_s": 0.1})
     assert set(result.record) <= set(dir(result))
     assert type(result).outcome.__doc__ == "outcome: how the trial ended"
 
@@ -81,17 +81,17 @@ def test_keys_are_listed_and_shown():
                                 turbidock.Scenario.copy])
 def test_a_copy_is_the_same_and_its_own(of):
     s = turbidock.Scenario("pool_active", seed=3, controller=CopiedPid,
-                           settings={**QUICK, "duration_s": 3, "copied_pid.kd_per_s": 1.5})
+                           settings={**QUICK, "trial.duration_s": 3, "control.copied_pid.kd_per_s": 1.5})
     other = of(s)
     assert other.to_yaml() == s.to_yaml()
-    other.copied_pid.kd_per_s = 2
-    assert s.copied_pid.kd_per_s == 1.5
+    other.control.copied_pid.kd_per_s = 2
+    assert s.control.copied_pid.kd_per_s == 1.5
     assert turbidock.run(of(s)).digest == turbidock.run(s).digest != turbidock.run(other).digest
 
 
 def test_paths_are_paths(tmp_path):
     file = tmp_path / "own.yaml"
-    file.write_text(turbidock.Scenario("pool_active", settings={**QUICK, "duration_s": 0.1}).to_yaml())
+    file.write_text(turbidock.Scenario("pool_active", settings={**QUICK, "trial.duration_s": 0.1}).to_yaml())
     result = turbidock.run(file, seed=4)
     result.save(tmp_path / "out")
     assert (tmp_path / "out/result.json").exists()
@@ -113,11 +113,11 @@ def test_errors_speak_of_no_options():
     with pytest.raises(AttributeError, match="^water.milk_ml_m4: unknown key; did you mean milk_ml_m3"):
         _ = turbidock.Scenario("pool_active").water.milk_ml_m4
     with pytest.raises(AttributeError, match="outcom"):
-        _ = turbidock.run("pool_active", settings={**QUICK, "duration_s": 0.1}).outcom
+        _ = turbidock.run("pool_active", settings={**QUICK, "trial.duration_s": 0.1}).outcom
 
 
 def test_a_trial_ends_with_its_block():
-    with turbidock.Trial("pool_active", settings={"duration_s": 1}, images=True) as trial:
+    with turbidock.Trial("pool_active", settings={"trial.duration_s": 1}, images=True) as trial:
         trial.step()
         left, kept = trial.images[0], trial.images[0].copy()
         assert re.fullmatch(r"<Frame 0 at 0.00 s: approach, F .*>", repr(trial.frame))

@@ -19,15 +19,15 @@ from conftest import QUICK, BlindController, CopiedController, CopiedPid, FixedE
 
 
 def test_run_is_the_programs_own(program):
-    ours = turbidock.run("sea_night_active", seed=77, settings={**QUICK, "duration_s": 8})
-    theirs = program("sea_night_active", seed=77, pose_source="true_pose", duration_s=8)
+    ours = turbidock.run("sea_night_active", seed=77, settings={**QUICK, "trial.duration_s": 8})
+    theirs = program("sea_night_active", seed=77, estimator__pose_source="true_pose", trial__duration_s=8)
     assert ours.digest == theirs["digest"]
     assert ours.outcome == theirs["outcome"]
     assert len(ours.trajectory) == 8 * 30
 
 
 def test_the_log_has_every_digit(tmp_path):
-    ours = turbidock.run("pool_active", seed=3, settings={**QUICK, "duration_s": 1})
+    ours = turbidock.run("pool_active", seed=3, settings={**QUICK, "trial.duration_s": 1})
     rows = ours.trajectory
     assert rows["frame"].dtype == np.int64 and rows["est_x_m"].dtype == np.float64
     assert rows["stage"][0] == "approach"
@@ -42,7 +42,7 @@ def test_the_log_has_every_digit(tmp_path):
 
 
 def test_its_files_are_the_programs_own(tmp_path, program):
-    settings = {**QUICK, "duration_s": 0.2}
+    settings = {**QUICK, "trial.duration_s": 0.2}
     program("pool_active", seed=3, out=tmp_path / "theirs", **settings)
     theirs = (tmp_path / "theirs/resolved.yaml").read_text("utf-8")
     turbidock.run("pool_active", seed=3, settings=settings).save(tmp_path / "ours")
@@ -57,7 +57,7 @@ def test_its_files_are_the_programs_own(tmp_path, program):
 
 def test_stepped_with_images_it_is_the_same_trial(program):
     theirs = program("pool_active", seed=5, duration_s=1.5)
-    trial = turbidock.Trial("pool_active", seed=5, settings={"duration_s": 1.5}, images=True)
+    trial = turbidock.Trial("pool_active", seed=5, settings={"trial.duration_s": 1.5}, images=True)
     kept, copies = [], []
     for _ in trial:
         left, right = trial.images
@@ -84,7 +84,7 @@ def centre(image, channel, near, radius):
 @pytest.mark.parametrize("delay", [0, 1, 3])
 def test_the_truth_of_an_image_is_where_it_shows_the_balls(delay):
     trial = turbidock.Trial("pool_active", seed=5, images=True, settings={
-        "duration_s": 1.5, "camera_delay_frames": delay, "start.lateral_m": 0.1})
+        "trial.duration_s": 1.5, "cameras.delay_frames": delay, "start.lateral_m": 0.1})
     trial.push([0, 12, 0])
     off, off_now = [], []
     balls = {ball["name"]: ball["position_m"] for ball in trial.balls}
@@ -119,7 +119,7 @@ def test_the_rig_projects_as_its_axes_say():
 
 
 def test_overlays_and_films(tmp_path):
-    settings = {"duration_s": 0.4, "rig.width_px": 320, "rig.height_px": 240, "start.distance_max_m": 0.9}
+    settings = {"trial.duration_s": 0.4, "cameras.rig.width_px": 320, "cameras.rig.height_px": 240, "start.distance_max_m": 0.9}
     with turbidock.Trial("pool_active", settings=settings, images=True) as trial:
         for _ in range(8):
             trial.step()
@@ -135,14 +135,14 @@ def test_overlays_and_films(tmp_path):
         trial.save_video(film)
         assert trial.ended and film.stat().st_size > 5000
     with pytest.raises(ValueError, match="images=True only"):
-        turbidock.Trial("pool_active", settings={**QUICK, "duration_s": 1}).save_video(tmp_path / "none.mp4")
+        turbidock.Trial("pool_active", settings={**QUICK, "trial.duration_s": 1}).save_video(tmp_path / "none.mp4")
     with turbidock.Trial("pool_active", settings=settings, images=True) as trial:
         with pytest.raises(RuntimeError, match="ffmpeg wrote no .*film.txt"):
             trial.save_video(tmp_path / "film.txt")
 
 
 def test_images_are_without_a_copy_and_read_only():
-    trial = turbidock.Trial("pool_active", settings={"duration_s": 1}, images=True)
+    trial = turbidock.Trial("pool_active", settings={"trial.duration_s": 1}, images=True)
     trial.step()
     left, _ = trial.images
     again, _ = trial.images
@@ -154,7 +154,7 @@ def test_images_are_without_a_copy_and_read_only():
 
 
 def test_a_frame_stays_what_it_was():
-    trial = turbidock.Trial("pool_active", settings={**QUICK, "duration_s": 2})
+    trial = turbidock.Trial("pool_active", settings={**QUICK, "trial.duration_s": 2})
     trial.step()
     frame = trial.frame
     position, first = frame.true_position, frame.true_position.copy()
@@ -165,32 +165,32 @@ def test_a_frame_stays_what_it_was():
 
 
 def test_a_python_copy_of_the_published_law_steers_the_same_trial(program):
-    theirs = program("paper_sea_night_active", seed=3, pose_source="true_pose", duration_s=12)
-    law = turbidock.Scenario("paper_sea_night_active").p_voltage
+    theirs = program("paper_sea_night_active", seed=3, estimator__pose_source="true_pose", trial__duration_s=12)
+    law = turbidock.Scenario("paper_sea_night_active").control.p_voltage
     ours = turbidock.run(
         "paper_sea_night_active", seed=3, controller=CopiedController,
-        settings={**QUICK, "duration_s": 12, "copied_controller.surge_v_per_m": law.surge.kp_v_per_m,
-                  "copied_controller.across_v_per_m": law.sway.kp_v_per_m,
-                  "copied_controller.yaw_v": law.yaw.kp_v})
+        settings={**QUICK, "trial.duration_s": 12, "control.copied_controller.surge_v_per_m": law.surge.kp_v_per_m,
+                  "control.copied_controller.across_v_per_m": law.sway.kp_v_per_m,
+                  "control.copied_controller.yaw_v": law.yaw.kp_v})
     assert ours.digest == theirs["digest"]
 
 
 def test_a_python_copy_of_a_law_that_asks_for_forces_steers_the_same_trial(program):
-    gains = {f"pid.{axis}.{key}": value for axis in ("surge", "sway", "heave", "yaw")
+    gains = {f"control.pid.{axis}.{key}": value for axis in ("surge", "sway", "heave", "yaw")
              for key, value in (("kp_per_s2", 0.5), ("ki_per_s3", 0), ("kd_per_s", 1.0),
                                 ("limit_share", 1))}
-    theirs = program("sea_night_active", seed=3, pose_source="true_pose", duration_s=12,
-                     controller="pid", **{key.replace(".", "__"): value for key, value in {
-                         **gains, "pid.yaw.aim": 0, "pid.setpoint.enabled": "false",
-                         "pid.pose_filter.enabled": "true"}.items()})
-    settings = {**QUICK, "duration_s": 12, "copied_pid.pose_filter.enabled": True}
+    theirs = program("sea_night_active", seed=3, estimator__pose_source="true_pose", trial__duration_s=12,
+                     control__use="pid", **{key.replace(".", "__"): value for key, value in {
+                         **gains, "control.pid.yaw.aim": 0, "control.pid.setpoint.enabled": "false",
+                         "control.pid.pose_filter.enabled": "true"}.items()})
+    settings = {**QUICK, "trial.duration_s": 12, "control.copied_pid.pose_filter.enabled": True}
     ours = turbidock.run("sea_night_active", seed=3, controller=CopiedPid, settings=settings)
     assert ours.digest == theirs["digest"]
 
 
 def test_forces_steer_every_vehicle_and_volts_the_published_one():
     ended = turbidock.run("bluerov2_sea_night", seed=1, controller=CopiedPid,
-                          settings={**QUICK, "duration_s": 3})
+                          settings={**QUICK, "trial.duration_s": 3})
     assert ended.outcome == "timeout"
     assert ended.trajectory.filter(like="_v").iloc[-1].nunique() > 4  # it steers
     with pytest.raises(turbidock.ConfigError, match="thruster"):
@@ -228,9 +228,9 @@ def test_scenarios_have_the_keys_and_errors_of_yaml():
         turbidock.Scenario("sea_nigt_active")
     with pytest.raises(turbidock.ConfigError, match="did you mean across_v_per_m"):
         turbidock.Scenario("pool_active", controller=CopiedController,
-                           settings={"copied_controller.acros_v_per_m": 3})
+                           settings={"control.copied_controller.acros_v_per_m": 3})
     with pytest.raises(turbidock.ConfigError, match="must be in"):
-        turbidock.Scenario("pool_active", controller=CopiedController, settings={"copied_controller.yaw_v": -3})
+        turbidock.Scenario("pool_active", controller=CopiedController, settings={"control.copied_controller.yaw_v": -3})
 
 
 @pytest.mark.parametrize("does, problem", [
@@ -238,7 +238,7 @@ def test_scenarios_have_the_keys_and_errors_of_yaml():
     ("shape", r"not \[0, 0, 0\]")])
 def test_a_law_that_fails_is_named(does, problem):
     with pytest.raises(turbidock.PluginError, match=rf"controller odd_controller, Demand(.|\n)*{problem}"):
-        turbidock.run("pool_active", controller=OddController, settings={**QUICK, "odd_controller.does": does})
+        turbidock.run("pool_active", controller=OddController, settings={**QUICK, "control.odd_controller.does": does})
 
 
 @pytest.mark.parametrize("does, problem", [
@@ -246,14 +246,15 @@ def test_a_law_that_fails_is_named(does, problem):
 def test_an_estimator_that_fails_is_named(does, problem):
     with pytest.raises(turbidock.PluginError, match=rf"estimator fixed_estimator(.|\n)*{problem}"):
         turbidock.run("pool_active", estimator=FixedEstimator,
-                      settings={"duration_s": 0.5, "fixed_estimator.does": does})
+                      settings={"trial.duration_s": 0.5, "estimator.fixed_estimator.does": does})
 
 
 @pytest.mark.parametrize("plug_in", [{"controller": OddController}, {"estimator": FixedEstimator}])
 def test_ctrl_c_in_a_plug_in_is_a_keyboard_interrupt(plug_in):
     (cls,) = plug_in.values()
-    settings = {"duration_s": 1, f"{cls.plugin_name()}.does": "interrupt",
-                "pose_source": "true_pose" if "controller" in plug_in else "cameras"}
+    group = "control" if "controller" in plug_in else "estimator"
+    settings = {"trial.duration_s": 1, f"{group}.{cls.plugin_name()}.does": "interrupt",
+                "estimator.pose_source": "true_pose" if "controller" in plug_in else "cameras"}
     with pytest.raises(KeyboardInterrupt):
         turbidock.run("pool_active", settings=settings, **plug_in)
     with pytest.raises(KeyboardInterrupt):
@@ -262,7 +263,7 @@ def test_ctrl_c_in_a_plug_in_is_a_keyboard_interrupt(plug_in):
 
 
 def test_a_prediction_bridges_the_last_leg():
-    blind = {**QUICK, "seed": 1, "duration_s": 60, "true_pose.nearest_m": 0.45, "procedure.servo_x_m": 0.75,
+    blind = {**QUICK, "seed": 1, "trial.duration_s": 60, "estimator.true_pose.nearest_m": 0.45, "procedure.servo_x_m": 0.75,
              "procedure.blind_max_s": 8}
 
     def reasons(does):
@@ -278,7 +279,7 @@ def test_a_prediction_bridges_the_last_leg():
 
 
 def test_what_a_plug_in_raises_is_the_cause():
-    settings = {**QUICK, "odd_controller.does": "raise"}
+    settings = {**QUICK, "control.odd_controller.does": "raise"}
     with pytest.raises(turbidock.PluginError) as error:
         turbidock.run("pool_active", controller=OddController, settings=settings)
     assert isinstance(error.value.__cause__, KeyError)
@@ -286,7 +287,7 @@ def test_what_a_plug_in_raises_is_the_cause():
     assert traceback.extract_tb(error.value.__cause__.__traceback__)[-1].name == "demand"
     with pytest.raises(turbidock.PluginError) as error:  # and not that of an earlier trial
         turbidock.run("pool_active", controller=OddController,
-                      settings={**QUICK, "odd_controller.does": "shape"})
+                      settings={**QUICK, "control.odd_controller.does": "shape"})
     assert error.value.__cause__ is None
 
 
@@ -296,7 +297,7 @@ def test_what_is_no_plug_in_is_refused():
 
 
 def test_steering_by_hand_is_checked():
-    trial = turbidock.Trial("pool_active", settings={**QUICK, "duration_s": 1}, steered="volts")
+    trial = turbidock.Trial("pool_active", settings={**QUICK, "trial.duration_s": 1}, steered="volts")
     for wrong in ([0, 0, 0], [0, 0, 0, float("nan")], "left", None):
         with pytest.raises(ValueError, match="4 numbers, surge, sway, heave, yaw, not") as error:
             trial.step(wrong)
@@ -312,7 +313,7 @@ def test_steering_by_hand_is_checked():
 
 
 def test_a_demand_is_given_as_far_as_the_vehicle_can():
-    trial = turbidock.Trial("pool_active", settings={**QUICK, "duration_s": 3}, steered=True)
+    trial = turbidock.Trial("pool_active", settings={**QUICK, "trial.duration_s": 3}, steered=True)
     while not trial.in_control:
         trial.step([0, 0, 0, 0])
     half = trial.authority / 2 * [0, 1, 1, 0]
@@ -325,7 +326,7 @@ def test_a_demand_is_given_as_far_as_the_vehicle_can():
 
 def test_thrusters_that_are_commanded_one_by_one():
     def steered(asks_for):
-        return turbidock.Trial("bluerov2_sea_night", seed=1, settings={**QUICK, "duration_s": 3}, steered=asks_for)
+        return turbidock.Trial("bluerov2_sea_night", seed=1, settings={**QUICK, "trial.duration_s": 3}, steered=asks_for)
 
     by_axis, volts = steered(True), []
     while not by_axis.ended:
@@ -353,7 +354,7 @@ def test_thrusters_that_are_commanded_one_by_one():
 
 
 def test_what_is_left_of_a_finished_trial():
-    trial = turbidock.Trial("pool_active", settings={"duration_s": 0.3}, images=True)
+    trial = turbidock.Trial("pool_active", settings={"trial.duration_s": 0.3}, images=True)
     with pytest.raises(ValueError, match="no frame yet"):
         _ = trial.frame
     for frame in trial:
@@ -368,9 +369,9 @@ def test_what_is_left_of_a_finished_trial():
 
 def test_two_trials_at_a_time_do_not_meet():
     def alone(seed):
-        return turbidock.run("pool_active", seed=seed, settings={"duration_s": 0.7}).digest
+        return turbidock.run("pool_active", seed=seed, settings={"trial.duration_s": 0.7}).digest
 
-    trials = [turbidock.Trial("pool_active", seed=seed, settings={"duration_s": 0.7}, images=True)
+    trials = [turbidock.Trial("pool_active", seed=seed, settings={"trial.duration_s": 0.7}, images=True)
               for seed in (1, 2)]
     while not trials[0].ended:
         for trial in trials:
@@ -388,7 +389,7 @@ def _step(trial, answers):
 
 
 def test_a_trial_is_its_threads_and_its_process():
-    trial = turbidock.Trial("pool_active", settings={"duration_s": 1})
+    trial = turbidock.Trial("pool_active", settings={"trial.duration_s": 1})
     trial.step()
     answers = multiprocessing.get_context("fork").Queue()
     process = multiprocessing.get_context("fork").Process(target=_step, args=(trial, answers))
@@ -403,7 +404,7 @@ def test_a_trial_is_its_threads_and_its_process():
 
 
 def _draw(answers):
-    trial = turbidock.Trial("pool_active", seed=4, settings={"duration_s": 0.2}, images=True)
+    trial = turbidock.Trial("pool_active", seed=4, settings={"trial.duration_s": 0.2}, images=True)
     for _ in trial:
         _ = trial.images
     answers.put(trial.result().digest)
@@ -428,7 +429,7 @@ def test_python_runs_while_a_trial_does():
 
     thread = threading.Thread(target=count)
     thread.start()
-    turbidock.run("pool_active", settings={"duration_s": 3})
+    turbidock.run("pool_active", settings={"trial.duration_s": 3})
     done.set()
     thread.join()
     assert counted[0] > 20
@@ -436,7 +437,7 @@ def test_python_runs_while_a_trial_does():
 
 def test_progress_is_told_and_may_stop():
     shares = []
-    turbidock.run("pool_active", settings={**QUICK, "duration_s": 3},
+    turbidock.run("pool_active", settings={**QUICK, "trial.duration_s": 3},
                   progress=lambda share, words: shares.append(share))
     assert shares == sorted(shares) and len(shares) >= 3
 

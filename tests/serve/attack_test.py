@@ -104,7 +104,7 @@ def attacks(site):
 
 def main():
     program = subprocess.Popen(
-        [PROGRAM, "view", "pool_active", "--set", "duration_s=600", "--port", "0", "--quiet"],
+        [PROGRAM, "view", "pool_active", "--set", "trial.duration_s=600", "--port", "0", "--quiet"],
         stdout=subprocess.PIPE,
         text=True,
     )

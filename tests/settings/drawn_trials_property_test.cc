@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 #include <string>
 #include <vector>
@@ -25,8 +26,8 @@ using testing::KeyCasesOf;
 using testing::YamlBlock;
 
 constexpr const char* kBase = "sea_night_passive";
-const std::vector<std::string> kBrief = {"pose_source=true_pose", "duration_s=2",
-                                         "marker_may_differ=true"};
+const std::vector<std::string> kBrief = {"estimator.pose_source=true_pose", "trial.duration_s=2",
+                                         "marker.may_differ=true"};
 
 std::vector<std::string> With(const std::string& assignment) {
   std::vector<std::string> all = kBrief;
@@ -38,20 +39,23 @@ std::vector<std::string> With(const std::string& assignment) {
 std::vector<std::string> Drawn(size_t count) {
   const std::vector<KeyCase>& cases = KeyCasesOf("pool_active");
   // what such a trial follows from
-  const std::set<std::string> groups = {"clock",
+  const std::set<std::string> groups = {"trial.clock",
                                         "start",
                                         "sea",
                                         "vehicle",
-                                        "lqg",
-                                        "true_pose",
-                                        "camera_delay_frames",
-                                        "camera_period_frames"};
+                                        "control.lqg",
+                                        "estimator.true_pose",
+                                        "cameras.delay_frames",
+                                        "cameras.period_frames"};
   Rng rng = SeedTree(20260728).Stream("keys");
   std::vector<std::string> drawn;
   std::set<std::string> keys;
   while (drawn.size() < count) {
     const KeyCase& of = cases[rng.NextU64() % cases.size()];
-    if (!of.before.empty() || !groups.contains(of.group()) || !keys.insert(of.key).second) continue;
+    if (!of.before.empty() ||
+        std::ranges::none_of(groups, [&](const auto& group) { return of.IsIn(group); }) ||
+        !keys.insert(of.key).second)
+      continue;
     const std::string assignment = of.Assignments(rng.NextU64() % of.values.size()).back();
     if (testing::MessageOf([&] { trial::LoadScenario(kBase, With(assignment)); }) == "no error")
       drawn.push_back(assignment);
@@ -76,7 +80,7 @@ TEST(DrawnTrials, AreThoseOfSet) {
     const trial::TrialRecord record = trial::RecordOf(
         report::ParseJson(output, "output")["cells"].get<std::vector<trial::Cell>>());
     std::vector<std::string> given = With(assignment);
-    given.push_back(fmt::format("seed={}", spec.seed));
+    given.push_back(fmt::format("trial.seed={}", spec.seed));
     EXPECT_EQ(record.digest, trial::RunTrial(trial::LoadScenario(kBase, given)).digest)
         << assignment;
     digests.insert(record.digest);

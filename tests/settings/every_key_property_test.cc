@@ -41,20 +41,21 @@ using testing::YamlBlock;
 // where
 
 // A batch and a gate give each trial its seed.
-bool MayBeGivenToTrials(const KeyCase& of) { return of.key != "seed"; }
+bool MayBeGivenToTrials(const KeyCase& of) { return of.key != "trial.seed"; }
 
-// What a running trial can follow; of the sea not the file of a measured current, and no commands
-// from a file in the controller's place.
+// What a running trial can follow; no snow, of the sea not the file of a measured current, and no
+// commands from a file in the controller's place.
 bool MayChange(const KeyCase& of) {
   static const std::set<std::string> may_change = [] {
-    std::set<std::string> groups = {"water", "lamps",     "ball_lights",
-                                    "sea",   "levelling", "controller"};
+    std::set<std::string> groups = {"water", "lights.lamps",      "lights.marker",
+                                    "sea",   "control.levelling", "control.use"};
     const trial::Plugins plugins;
     for (const std::string& name : plugins.controllers())
-      if (!plugins.Spec(name).commands) groups.insert(name);
+      if (!plugins.Spec(name).commands) groups.insert("control." + name);
     return groups;
   }();
-  return may_change.contains(of.group()) && of.key != "sea.current.series";
+  return std::ranges::any_of(may_change, [&](const auto& group) { return of.IsIn(group); }) &&
+         of.key != "sea.current.file" && !of.IsIn("water.snow");
 }
 
 // ------------------------------------------------------------------------------------------- ways
@@ -171,7 +172,7 @@ TEST_P(EveryKey, IsChangedInARunningTrialOrRefused) {
   ForEachValue([&](const KeyCase& of, size_t value) {
     const std::string assignment = of.Assignments(value).back();
     trial::Scenario running = base;
-    if (MayChange(of) || of.key == "sea.current.series")
+    if (MayChange(of) || of.key == "sea.current.file")
       trial::Resolve(config::ParseAssignments(of.before), &running);
     if (MayChange(of)) {
       Compare(of, value, trial::Changed(running, assignment));
@@ -211,10 +212,12 @@ TEST_P(EveryKey, IsANumberOrIsNotTuned) {
 TEST(TheSeed, IsRefusedByWhatGivesIt) {
   const std::string head = "schema_version: 1\nscenario: pool_active\n";
   for (const std::string text :
-       {"set: {seed: 3}", "grid: {seed: [3, 4]}", "cases: {one: {seed: 3}}",
-        "strata: {one: {seed: 3}}", "random: {seed: {choice: [3, 4]}}"}) {
+       {"set: {trial.seed: 3}", "set: {trial: {seed: 3}}", "grid: {trial.seed: [3, 4]}",
+        "grid: {trial: [{seed: 3}]}", "cases: {one: {trial.seed: 3}}",
+        "strata: {one: {trial: {seed: 3}}}", "random: {trial.seed: {choice: [3, 4]}}",
+        "random: {trial: {choice: [{seed: 3}]}}"}) {
     EXPECT_THAT(MessageOf([&] { batch::Plan(head + text, "plan.yaml"); }),
-                HasSubstr("seed: the plan gives each trial its seed; set master_seed"))
+                HasSubstr(": the plan gives each trial its seed; set master_seed"))
         << text;
   }
 }

@@ -38,8 +38,8 @@ const std::vector<Special> kSpecial = {
     {"start.velocity_mps", {"[0.1, 0, 0]", "[0, 0.1, 0]"}},
     {"start.turn_rate_rad_s", {"[0.1, 0, 0]", "[0, 0.1, 0]"}},
     // a measured current is in its place
-    {"sea.current.series", {}, {"sea.current.surface_velocity_mps=[0, 0, 0]"}},
-    {"mooring.natural_period_s", {"5", "6.5"}},  // 0, or 0.5 at least
+    {"sea.current.file", {}, {"sea.current.surface_velocity_mps=[0, 0, 0]"}},
+    {"station.mooring.natural_period_s", {"5", "6.5"}},  // 0, or 0.5 at least
     // as many volts as newtons, and none at 2.5 V
     {"table_volts", {"[0, 2.5, 5]", "[0, 2.5, 4.9]"}, {"@.table_thrust_newton=[-4, 0, 5]"}},
     {"table_thrust_newton", {"[-4, 0, 5]", "[-4, 0, 6]"}, {"@.table_volts=[0, 2.5, 5]"}},
@@ -52,7 +52,7 @@ const std::vector<Special> kSpecial = {
      {"0.2", "0.1"},
      {"@=[{row: surge, column: sway, value: 0.1}, {row: sway, column: surge, value: 0.2}]"},
      /*has_one=*/true},
-    {"fiducial.tags[].q_MT_wxyz", {"[0, 1, 0, 0]", "[0, 0, 1, 0]"}},  // of length 1
+    {"estimator.fiducial.tags[].q_MT_wxyz", {"[0, 1, 0, 0]", "[0, 0, 1, 0]"}},  // of length 1
     {"faults.lights[].light", {"red", "blue"}},
     {"faults.fish[].shines_as", {"red", "blue"}},
 };
@@ -64,11 +64,11 @@ const std::map<std::string, std::pair<std::string, std::string>> kElements = {
     {"linear_damping_coupling", {"{row: surge, column: sway}", "{row: sway, column: surge}"}},
     {"quadratic_damping_coupling", {"{row: surge, column: sway}", "{row: sway, column: surge}"}},
     {"thrusters.individual", {"{thruster: surge}", "{thruster: sway}"}},
-    {"fiducial.tags", {"{id: 0}", "{id: 1}"}},
+    {"estimator.fiducial.tags", {"{id: 0}", "{id: 1}"}},
 };
 
 // What a trial's file has of it, and no trial follows from.
-constexpr const char* kDecidesNothing = "model_files";
+constexpr const char* kDecidesNothing = "trial.model_files";
 
 bool IsOf(const std::string& key, const std::string& ending) {
   return key == ending || key.ends_with("." + ending);
@@ -225,7 +225,7 @@ void ChooseValues(const std::string& base, const Texts& candidates, KeyCase* of)
     try {
       const trial::Scenario made =
           trial::LoadScenario(base, of->Assignments(of->values.size() - 1));
-      if (of->scenarios.empty() || of->group() == kDecidesNothing ||
+      if (of->scenarios.empty() || of->IsIn(kDecidesNothing) ||
           !DifferenceOf(of->scenarios[0], made).empty()) {
         of->scenarios.push_back(made);
         if (of->values.size() == 2) return;
@@ -242,15 +242,16 @@ void ChooseValues(const std::string& base, const Texts& candidates, KeyCase* of)
     throw std::runtime_error("no two values: " + why);
 }
 
-// A group as a whole: the first of its keys that need nothing else, and one beside it.
+// A group as a whole: the first of its keys that need nothing else, and one beside it; no seed,
+// which a plan does not take.
 std::optional<KeyCase> CaseOfGroup(const std::string& group, const std::vector<KeyCase>& cases) {
   std::vector<const KeyCase*> parts;
   std::string around;
   for (const KeyCase& each : cases) {
     const std::string in = each.key.substr(0, each.key.rfind('.') + 1);
     if (each.key.starts_with(group + ".") && each.before.empty() && each.values.size() == 2 &&
-        each.key.find('[') == std::string::npos && each.type != "group of keys" &&
-        (parts.empty() || (parts.size() == 1 && in == around))) {
+        each.key.find('[') == std::string::npos && each.key != "trial.seed" &&
+        each.type != "group of keys" && (parts.empty() || (parts.size() == 1 && in == around))) {
       parts.push_back(&each);
       around = in;
     }
@@ -340,16 +341,16 @@ std::string MakeFileFor(const std::string& key, const std::string& folder,
     return system::ReadWhole(config::ModelPath(name));
   };
   const std::string comment = fmt::format("\n<!-- {} -->\n", variant);
-  if (key == "model") return write(base + ".xml", model("pool_active.xml") + comment);
-  if (key == "station_model") return write(base + ".xml", model("station.xml") + comment);
-  if (key == "vehicle_model") {
+  if (key == "trial.scene") return write(base + ".xml", model("pool_active.xml") + comment);
+  if (key == "station.model") return write(base + ".xml", model("station.xml") + comment);
+  if (key == "vehicle.model") {
     write(base + ".yaml", model("vehicle.yaml"));
     return write(base + ".xml", model("vehicle.xml") + comment);
   }
-  if (key == "sea.current.series")
+  if (key == "sea.current.file")
     return write(base + ".csv",
                  fmt::format("time_s,water_x_mps,water_y_mps\n0,0,0\n100,0,0.0{}\n", variant));
-  if (key == "playback.file")
+  if (key == "control.playback.file")
     return write(base + ".csv",
                  fmt::format("time_s,surge_newton,sway_newton,heave_newton,yaw_newton_m\n"
                              "0,0,0,0,0\n100,{},0,0,0\n",

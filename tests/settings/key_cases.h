@@ -17,7 +17,9 @@ struct KeyCase {
   std::string listed;                      // as the list of keys has it: "sea.waves[].height_m"
   std::vector<trial::Scenario> scenarios;  // LoadScenario of the base with each
 
-  std::string group() const { return key.substr(0, key.find_first_of(".[")); }
+  bool IsIn(const std::string& group) const {
+    return key == group || key.starts_with(group + ".") || key.starts_with(group + "[");
+  }
   bool is_plain_number() const {
     return type == "number" && listed.find("[]") == std::string::npos;
   }

@@ -105,7 +105,8 @@ class TheDefaultOfAKey : public testing::OwnFolder {};
 
 TEST_F(TheDefaultOfAKey, IsWhatAScenarioWithoutItHas) {
   const std::string file =
-      File("least.yaml", "{schema_version: 1, seed: 1, duration_s: 1, model: pool_active.xml}\n");
+      File("least.yaml",
+           "{schema_version: 1, trial: {seed: 1, duration_s: 1, scene: pool_active.xml}}\n");
   const trial::Scenario least = trial::LoadScenario(file, std::vector<std::string>());
   int required = 0, compared = 0;
   for (const config::KeyDoc& key : trial::ScenarioKeys()) {

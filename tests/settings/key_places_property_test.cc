@@ -93,7 +93,7 @@ class KeyPlaces : public ::testing::TestWithParam<const char*> {
 
   void SetUp() override {
     for (const KeyCase& of : KeyCasesOf(base_))
-      if (of.key != "seed") cases_.push_back(of);  // refused: see every_key_property_test.cc
+      if (of.key != "trial.seed") cases_.push_back(of);  // refused: see every_key_property_test.cc
   }
 
   // What a plan's `set` has.
@@ -225,7 +225,8 @@ class KeyPlaces : public ::testing::TestWithParam<const char*> {
     };
     for (const KeyCase* of : places.gains) tune(of->key);
     const Keys all = places.All();
-    for (const std::string any : {"jam.time_s", "jam.force_newton", "docked_hold_s"}) {
+    for (const std::string any :
+         {"trial.jam.time_s", "trial.jam.force_newton", "trial.after_docked_s"}) {
       const auto has_it = [&any](const KeyCase* of) { return any.starts_with(of->key); };
       if (gains[0].empty() && std::ranges::none_of(all, has_it))
         tune(any);  // a study has one at least

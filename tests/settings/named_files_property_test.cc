@@ -76,10 +76,12 @@ class NamedFile : public ::testing::TestWithParam<std::string> {
 
   // What has trials of a moment.
   static std::string Set(const std::string& more = "") {
-    return "{pose_source: true_pose, duration_s: 0.2" + more + "}";
+    return "{estimator.pose_source: true_pose, trial.duration_s: 0.2" + more + "}";
   }
   // What has them use the file.
-  std::string Uses() const { return key_ == "playback.file" ? "controller: playback" : ""; }
+  std::string Uses() const {
+    return key_ == "control.playback.file" ? "control.use: playback" : "";
+  }
   std::string SetWithOwn() const {
     return Set(fmt::format(", {}: {}{}", key_, own_, Uses().empty() ? "" : ", " + Uses()));
   }
@@ -157,9 +159,11 @@ TEST_P(NamedFile, IsFoundBesideThePlan) {
 
 TEST_P(NamedFile, IsFoundBesideTheScenarioTheGateAndTheStudy) {
   const fs::path scene = testing::MakeFileFor(key_, folder_ / "scenes", "beside", 1);
-  const std::string model = key_ == "model" ? "" : "model: pool_active.xml\n";
-  Write(folder_ / "scenes/mine.yaml", "schema_version: 1\nseed: 1\nduration_s: 1\n" + model +
-                                          Nested(key_, scene.filename()) + "\n");
+  // `trial` has the scene that is named; any other file is in a group beside it
+  Write(folder_ / "scenes/mine.yaml",
+        "schema_version: 1\ntrial: {seed: 1, duration_s: 1, scene: " +
+            (key_ == "trial.scene" ? scene.filename().string() + "}\n"
+                                   : "pool_active.xml}\n" + Nested(key_, scene.filename()) + "\n"));
   Write(folder_ / "plan.yaml", "schema_version: 1\nscenario: scenes/mine.yaml\n");
   const batch::Plan plan = batch::LoadPlan("../plan.yaml");
   ExpectNames(plan.ScenarioOf(plan.Trial(0)), scene);
@@ -170,9 +174,10 @@ TEST_P(NamedFile, IsFoundBesideTheScenarioTheGateAndTheStudy) {
   const gate::Gate gate = gate::LoadGate("../gate.yaml");
   ExpectNames(gate.plan.ScenarioOf(gate.plan.FirstOf(0)), folder_ / own_);
   ExpectNames(gate.plan.ScenarioOf(gate.plan.FirstOf(1)), scene);
-  Write(folder_ / "study.yaml", "schema_version: 1\nscenario: pool_active\nset: " + SetWithOwn() +
-                                    "\ntuning: {gains: [{key: jam.time_s, low: 0.5, high: 2}], "
-                                    "objective: [{metric: time_s}]}\n");
+  Write(folder_ / "study.yaml",
+        "schema_version: 1\nscenario: pool_active\nset: " + SetWithOwn() +
+            "\ntuning: {gains: [{key: trial.jam.time_s, low: 0.5, high: 2}], "
+            "objective: [{metric: time_s}]}\n");
   const tuning::Study study = tuning::LoadStudy("../study.yaml");
   ExpectNames(study.ScenarioOf(study.plan(), 0, study.start()), folder_ / own_);
 }
@@ -256,9 +261,10 @@ TEST_P(NamedFile, MayMoveWithItsPlan) {
 TEST_P(NamedFile, IsWhatAGateAndAStudyWereBegunWith) {
   Write(folder_ / "gate.yaml", "schema_version: 1\nscenario: pool_active\nseeds: 9\nset: " +
                                    SetWithOwn() + "\ngate: {baseline: b.yaml}\n");
-  Write(folder_ / "study.yaml", "schema_version: 1\nscenario: pool_active\nset: " + SetWithOwn() +
-                                    "\ntuning: {gains: [{key: jam.time_s, low: 0.5, high: 2}], "
-                                    "objective: [{metric: time_s}], start_may_fail: true}\n");
+  Write(folder_ / "study.yaml",
+        "schema_version: 1\nscenario: pool_active\nset: " + SetWithOwn() +
+            "\ntuning: {gains: [{key: trial.jam.time_s, low: 0.5, high: 2}], "
+            "objective: [{metric: time_s}], start_may_fail: true}\n");
   const auto open_gate = [&] {
     const gate::Gate gate = gate::LoadGate("../gate.yaml");
     batch::ResultStore store =

@@ -119,7 +119,7 @@ TEST_P(PresetOrder, WhatIsGivenLaterCounts) {
   for (const std::string& preset : config::PresetsOf(before)) {
     std::vector<std::string> values = std::ranges::find(cases, preset, &KeyCase::key)->values;
     // another vehicle, not the same one in a file of another name
-    if (preset == "vehicle_model") values = {"bluerov2_heavy.xml"};
+    if (preset == "vehicle.model") values = {"bluerov2_heavy.xml"};
     std::set<std::string> tried;
     for (const std::string& value : values) {
       const std::string assignment = preset + "=" + value;
@@ -137,11 +137,13 @@ TEST_P(PresetOrder, WhatIsGivenLaterCounts) {
       }
     }
     // so many keys at least does each of them change here
-    const std::map<std::string, size_t> least = {
-        {"vehicle_model", 20},           {"optics", 20},
-        {"marker_from_scene", 0},  // a bundled scene's
-        {"fiducial.tags_from_scene", 0}, {"approach.mode", 5},
-        {"navigation.preset", 8},        {"estimator.preset", 5}};
+    const std::map<std::string, size_t> least = {{"vehicle.model", 20},
+                                                 {"cameras.optics", 20},
+                                                 {"marker.from_scene", 0},  // a bundled scene's
+                                                 {"estimator.fiducial.tags_from_scene", 0},
+                                                 {"procedure.approach.mode", 5},
+                                                 {"navigation.preset", 8},
+                                                 {"estimator.rm_ga.preset", 5}};
     EXPECT_GE(tried.size(), least.at(preset)) << preset;
   }
 }
@@ -149,13 +151,14 @@ TEST_P(PresetOrder, WhatIsGivenLaterCounts) {
 TEST(PresetOrder, TwoThatExcludeEachOtherAreRefused) {
   for (const std::string navigation : {"usbl", "dvl", "dead_reckoning"})
     EXPECT_THAT(testing::MessageOf([&] {
-                  trial::LoadScenario("approach_5m",
-                                      {"approach.mode=pilot", "navigation.preset=" + navigation});
+                  trial::LoadScenario("approach_5m", {"procedure.approach.mode=pilot",
+                                                      "navigation.preset=" + navigation});
                 }),
                 HasSubstr("navigation.preset: " + navigation +
-                          " and approach.mode = pilot exclude each other"));
+                          " and procedure.approach.mode = pilot exclude each other"));
   EXPECT_EQ(testing::MessageOf([] {
-              trial::LoadScenario("approach_5m", {"navigation.preset=usbl", "approach.mode=pilot"});
+              trial::LoadScenario("approach_5m",
+                                  {"navigation.preset=usbl", "procedure.approach.mode=pilot"});
             }),
             "no error");
 }

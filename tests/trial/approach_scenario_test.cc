@@ -20,8 +20,9 @@ using ::testing::HasSubstr;
 // The marker is found from 1.5 m, as the active one in clear water.
 TrialResult RunOnTruePose(const std::string& scenario, int seed,
                           std::vector<std::string> assignments) {
-  assignments.insert(assignments.begin(), {"seed=" + std::to_string(seed), "pose_source=true_pose",
-                                           "true_pose.farthest_m=1.5"});
+  assignments.insert(assignments.begin(),
+                     {"trial.seed=" + std::to_string(seed), "estimator.pose_source=true_pose",
+                      "estimator.true_pose.farthest_m=1.5"});
   return RunTrial(LoadScenario(scenario, assignments));
 }
 
@@ -64,9 +65,10 @@ TEST(ApproachScenario, TheHandoverErrorIsThatBeforeTheCamerasCorrectIt) {
             {"navigation.position_noise_std_m=0.001", "navigation.position_walk_m=0",
              "navigation.travel_error_std=0", "navigation.position_bias_std_m=0.3",
              "navigation.heading_noise_std_rad=0.0001", "navigation.depth_noise_std_m=0.001",
-             "approach.navigator.acceleration_mps2=1", "true_pose.farthest_m=1.3",
-             "camera_period_frames=" + std::to_string(period),
-             "camera_delay_frames=" + std::to_string(delay)});
+             "procedure.approach.navigator.acceleration_mps2=1",
+             "estimator.true_pose.farthest_m=1.3",
+             "cameras.period_frames=" + std::to_string(period),
+             "cameras.delay_frames=" + std::to_string(delay)});
         ASSERT_TRUE(result.handover_time_s && result.handover_navigation_error_m);
         AxesPose before;
         for (const FrameRecord& frame : result.log.frames) {
@@ -84,8 +86,8 @@ TEST(ApproachScenario, TheHandoverErrorIsThatBeforeTheCamerasCorrectIt) {
 
 TEST(ApproachScenario, WithoutOneNobodyDocksFromThere) {
   for (int seed = 1; seed <= 3; ++seed) {
-    const TrialResult result =
-        RunOnTruePose("approach_5m", seed, {"approach.mode=none", "duration_s=100"});
+    const TrialResult result = RunOnTruePose(
+        "approach_5m", seed, {"procedure.approach.mode=none", "trial.duration_s=100"});
     EXPECT_EQ(result.failure, Failure::kNeverFound) << seed << ": " << result.reason;
     EXPECT_EQ(result.searches, 0);
     EXPECT_FALSE(result.first_sight_m || result.handover_time_s);
@@ -103,9 +105,9 @@ TEST(ApproachScenario, EveryNavigationServes) {
           RunOnTruePose("approach_5m", seed, {"navigation.preset=" + preset});
       EXPECT_EQ(result.outcome, Outcome::kSuccess) << preset << seed << ": " << result.reason;
     }
-    dead_reckoned +=
-        RunOnTruePose("approach_5m", seed, {"navigation.preset=dead_reckoning", "duration_s=200"})
-            .outcome == Outcome::kSuccess;
+    dead_reckoned += RunOnTruePose("approach_5m", seed,
+                                   {"navigation.preset=dead_reckoning", "trial.duration_s=200"})
+                         .outcome == Outcome::kSuccess;
   }
   EXPECT_GE(dead_reckoned, 2);
 }
@@ -116,7 +118,7 @@ TEST(ApproachScenario, ASearchFindsWhatNavigationMisses) {
   int docked = 0, searches = 0;
   for (int seed = 1; seed <= 6; ++seed) {
     const TrialResult result = RunOnTruePose(
-        "approach_5m", seed, {"navigation.position_bias_std_m=0.6", "duration_s=600"});
+        "approach_5m", seed, {"navigation.position_bias_std_m=0.6", "trial.duration_s=600"});
     docked += result.outcome == Outcome::kSuccess;
     searches += result.searches;
   }
@@ -127,24 +129,25 @@ TEST(ApproachScenario, ASearchFindsWhatNavigationMisses) {
 // The published night, whose marker is found from 1 m here: a pilot comes nearer until it is.
 TEST(ApproachScenario, APilotBringsItNearerUntilItIsFound) {
   for (int seed = 1; seed <= 4; ++seed) {
-    const std::vector<std::string> settings = {"true_pose.farthest_m=1", "duration_s=180",
-                                               "start.distance_min_m=1.3",
-                                               "approach.nearest_x_m=1.3"};
+    const std::vector<std::string> settings = {"estimator.true_pose.farthest_m=1",
+                                               "trial.duration_s=180", "start.distance_min_m=1.3",
+                                               "procedure.approach.nearest_x_m=1.3"};
     std::vector<std::string> piloted = settings;
-    piloted.emplace_back("approach.mode=pilot");
+    piloted.emplace_back("procedure.approach.mode=pilot");
     const TrialResult result = RunOnTruePose("paper_sea_night_active", seed, piloted);
     EXPECT_EQ(result.outcome, Outcome::kSuccess) << seed << ": " << result.reason;
     EXPECT_LT(*result.first_sight_m, 1.2) << seed;
     EXPECT_EQ(RunOnTruePose("paper_sea_night_active", seed, settings).failure, Failure::kNeverFound)
         << seed;
   }
-  EXPECT_EQ(LoadScenario("paper_sea_night_active", {"approach.mode=pilot"}).navigation.preset,
-            vehicle::NavigationPreset::kPilot);
+  EXPECT_EQ(
+      LoadScenario("paper_sea_night_active", {"procedure.approach.mode=pilot"}).navigation.preset,
+      vehicle::NavigationPreset::kPilot);
 }
 
 TEST(ApproachScenario, ANavigationThatNeverReportsIsSaid) {
   const TrialResult result =
-      RunOnTruePose("approach_5m", 1, {"navigation.preset=never", "duration_s=20"});
+      RunOnTruePose("approach_5m", 1, {"navigation.preset=never", "trial.duration_s=20"});
   EXPECT_EQ(result.outcome, Outcome::kTimeout);
   EXPECT_EQ(result.failure, Failure::kNeverFound);
   EXPECT_THAT(result.reason, HasSubstr("navigation never reported a position"));
@@ -154,8 +157,8 @@ TEST(ApproachScenario, ANavigationThatNeverReportsIsSaid) {
 // stands where it was to stand, backs off and comes again.
 TEST(ApproachScenario, ALostMarkerIsNotDriftedAwayFrom) {
   const std::vector<std::string> settings = {
-      "true_pose.nearest_m=0.75", "start.distance_min_m=1", "start.distance_max_m=1.2",
-      "sea.current.surface_velocity_mps=[0, 0.08, 0]", "duration_s=40"};
+      "estimator.true_pose.nearest_m=0.75", "start.distance_min_m=1", "start.distance_max_m=1.2",
+      "sea.current.surface_velocity_mps=[0, 0.08, 0]", "trial.duration_s=40"};
   const auto farthest_m = [](const TrialResult& result) {
     double most = 0;
     for (const FrameRecord& frame : result.log.frames)
@@ -163,7 +166,7 @@ TEST(ApproachScenario, ALostMarkerIsNotDriftedAwayFrom) {
     return most;
   };
   std::vector<std::string> without = settings;
-  without.emplace_back("approach.mode=none");
+  without.emplace_back("procedure.approach.mode=none");
   const TrialResult held = RunOnTruePose("approach_5m", 2, settings);
   const TrialResult drifted = RunOnTruePose("approach_5m", 2, without);
   EXPECT_TRUE(WasIn(held, Stage::kVisualServoing) && WasIn(drifted, Stage::kVisualServoing));
@@ -179,7 +182,7 @@ TEST(ApproachScenario, ALostMarkerIsNotDriftedAwayFrom) {
 TEST(BlindLeg, DocksThoughTheMarkerIsOutOfSightAtTheEnd) {
   const auto run = [](int seed, const std::string& nearest_m, const std::string& blind_max_s) {
     return RunOnTruePose("sea_night_active", seed,
-                         {"true_pose.nearest_m=" + nearest_m, "procedure.servo_x_m=0.75",
+                         {"estimator.true_pose.nearest_m=" + nearest_m, "procedure.servo_x_m=0.75",
                           "procedure.blind_max_s=" + blind_max_s});
   };
   const std::pair<std::string, int> cases[] = {{"0.45", 6}, {"0.55", 4}, {"0.65", 3}};
@@ -201,17 +204,17 @@ TEST(BlindLeg, DocksThoughTheMarkerIsOutOfSightAtTheEnd) {
 
 // Through the cameras: both images are black from the moment at which the marker is 0.45 m off.
 TEST(BlindLeg, DocksThroughCamerasThatGoBlack) {
-  const TrialResult seen = RunTrial(LoadScenario("sea_night_active", {"seed=3"}));
+  const TrialResult seen = RunTrial(LoadScenario("sea_night_active", {"trial.seed=3"}));
   const auto near = std::ranges::find_if(seen.log.frames, [](const FrameRecord& frame) {
     return frame.stage == Stage::kDocking && frame.true_X_HM.p.x() < 0.45;
   });
   ASSERT_NE(near, seen.log.frames.end());
   const std::string fault =
       "faults.images=[{kind: black, camera: both, begin_s: " + std::to_string(near->time_s) + "}]";
-  const TrialResult without = RunTrial(LoadScenario("sea_night_active", {"seed=3", fault}));
+  const TrialResult without = RunTrial(LoadScenario("sea_night_active", {"trial.seed=3", fault}));
   EXPECT_NE(without.outcome, Outcome::kSuccess);
-  const TrialResult with =
-      RunTrial(LoadScenario("sea_night_active", {"seed=3", fault, "procedure.blind_max_s=6"}));
+  const TrialResult with = RunTrial(
+      LoadScenario("sea_night_active", {"trial.seed=3", fault, "procedure.blind_max_s=6"}));
   EXPECT_EQ(with.outcome, Outcome::kSuccess) << with.reason;
   EXPECT_TRUE(with.inserted);
 }
@@ -222,16 +225,17 @@ TEST(ApproachScenario, ALampBehindTheMarkerIsRefused) {
   const auto message = [](const std::string& shift) -> std::string {
     try {
       RunOnTruePose("pool_passive", 1,
-                    {"lamps.shift_m=" + shift, "procedure.docking_x_m=0.2",
-                     "procedure.docked_x_m=0.25", "duration_s=0.1"});
+                    {"lights.lamps.shift_m=" + shift, "procedure.docking_x_m=0.2",
+                     "procedure.docked_x_m=0.25", "trial.duration_s=0.1"});
     } catch (const ConfigError& error) {
       return error.what();
     }
     return "";
   };
-  EXPECT_THAT(message("[0.26, 0, 0]"),
-              HasSubstr("lamps.shift_m: puts a lamp 0.26 m ahead of the cameras, behind the marker "
-                        "of a docked vehicle (procedure.docked_x_m: 0.25)"));
+  EXPECT_THAT(
+      message("[0.26, 0, 0]"),
+      HasSubstr("lights.lamps.shift_m: puts a lamp 0.26 m ahead of the cameras, behind the marker "
+                "of a docked vehicle (procedure.docked_x_m: 0.25)"));
   EXPECT_EQ(message("[0.24, 0, 0]"), "");
 }
 
@@ -245,21 +249,21 @@ TEST(ApproachScenario, RefusesWhatCannotBeMeant) {
     return "";
   };
   EXPECT_THAT(
-      message({"approach.nearest_x_m=0.55"}),
-      HasSubstr("approach.nearest_x_m: 0.55 is inside the station: less closer_m each "
+      message({"procedure.approach.nearest_x_m=0.55"}),
+      HasSubstr("procedure.approach.nearest_x_m: 0.55 is inside the station: less closer_m each "
                 "time it was not found it is 0.15, and must be beyond procedure.servo_x_m (0.6)"));
-  EXPECT_THAT(message({"approach.nearest_x_m=0.55", "approach.mode=pilot"}),
+  EXPECT_THAT(message({"procedure.approach.nearest_x_m=0.55", "procedure.approach.mode=pilot"}),
               HasSubstr("0.55 is inside the station"));
   EXPECT_THAT(message({"navigation.rate_hz=0"}),
               HasSubstr("navigation.rate_hz = 0, must be in [0.01, 1000]"));
   EXPECT_THAT(message({"navigation.dropout_share=1"}),
               HasSubstr("navigation.dropout_share = 1, must be in [0, 0.99]"));
-  EXPECT_THAT(message({"approach.nearest_x_m=2"}),
-              HasSubstr("approach.nearest_x_m: 2 must be nearer than staging_x_m (1.8)"));
-  EXPECT_THAT(message({"procedure.blind_max_s=5", "controller=pid"}),
+  EXPECT_THAT(message({"procedure.approach.nearest_x_m=2"}),
+              HasSubstr("procedure.approach.nearest_x_m: 2 must be nearer than staging_x_m (1.8)"));
+  EXPECT_THAT(message({"procedure.blind_max_s=5", "control.use=pid"}),
               HasSubstr("procedure.blind_max_s: 5 needs a controller that predicts: lqg, not pid"));
   EXPECT_EQ(message({"procedure.blind_max_s=5"}), "");
-  EXPECT_EQ(message({"approach.mode=none", "approach.nearest_x_m=0.55"}), "");
+  EXPECT_EQ(message({"procedure.approach.mode=none", "procedure.approach.nearest_x_m=0.55"}), "");
 }
 
 }  // namespace

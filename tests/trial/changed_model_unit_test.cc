@@ -24,7 +24,8 @@ TEST(ResolvedScenario, SaysWhichModelFilesHaveChanged) {
   fs::copy_file(config::ModelPath("vehicle.xml"), own);
   fs::copy_file(config::ModelPath("vehicle.yaml"), folder / "own.yaml");
   const Scenario scenario = LoadScenario(
-      "pool_active", {"pose_source=true_pose", "duration_s=0.1", "vehicle_model=" + own});
+      "pool_active",
+      {"estimator.pose_source=true_pose", "trial.duration_s=0.1", "vehicle.model=" + own});
   WriteRecords(folder.string(), scenario, RunTrial(scenario));
   const auto remarks = [&](const std::vector<std::string>& assignments) {
     std::string said;
@@ -36,7 +37,7 @@ TEST(ResolvedScenario, SaysWhichModelFilesHaveChanged) {
   EXPECT_EQ(remarks({}), "");
   std::ofstream(own, std::ios::app) << "<!-- heavier -->\n";
   EXPECT_EQ(remarks({}), own + " has changed since the scenario was written");
-  EXPECT_EQ(remarks({"vehicle_model=vehicle.xml"}), "");
+  EXPECT_EQ(remarks({"vehicle.model=vehicle.xml"}), "");
   fs::remove_all(folder);
 }
 

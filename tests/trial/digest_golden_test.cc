@@ -48,9 +48,10 @@ TEST(GoldenDigest, OfThePhysicsUnderEachLaw) {
   int compared = 0;
   for (const std::string scenario : {"sea_night_active", "paper_sea_night_active"})
     for (const auto& processor : kProcessors) {
-      const ProgramEnd end = RunProgram({"run", scenario, "--seed", "3", "--quiet", "--json",
-                                         "--set", "pose_source=true_pose", "--set", "duration_s=8"},
-                                        processor);
+      const ProgramEnd end =
+          RunProgram({"run", scenario, "--seed", "3", "--quiet", "--json", "--set",
+                      "estimator.pose_source=true_pose", "--set", "trial.duration_s=8"},
+                     processor);
       ASSERT_EQ(end.exit_code, 0) << end.err;
       Expect("physics." + scenario, nlohmann::json::parse(end.out).at("digest"));
       ++compared;
@@ -69,7 +70,7 @@ TEST(GoldenDigest, OfTheEstimatorOnStoredImages) {
     for (const auto& processor : kProcessors) {
       const ProgramEnd end =
           RunProgram({"estimate", "--left", images + view + "_left.png", "--right",
-                      images + view + "_right.png", "--set", "estimator.preset=" + preset,
+                      images + view + "_right.png", "--set", "estimator.rm_ga.preset=" + preset,
                       "--frames", "10", "--quiet", "--json"},
                      processor);
       ASSERT_EQ(end.exit_code, 0) << end.err;

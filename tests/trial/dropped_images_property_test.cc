@@ -16,7 +16,7 @@ struct Arrivals {
 };
 
 Arrivals Count(double drop_probability, int frames) {
-  Scenario scenario = LoadScenario("pool_active", {"pose_source=true_pose"});
+  Scenario scenario = LoadScenario("pool_active", {"estimator.pose_source=true_pose"});
   scenario.camera_drop_probability = drop_probability;
   World world(scenario, {});
   Perception perception(scenario, {}, &world);

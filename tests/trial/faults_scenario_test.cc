@@ -15,7 +15,7 @@ namespace {
 
 TrialResult Fly(const std::string& scenario, const std::string& faults,
                 std::vector<std::string> assignments = {}) {
-  assignments.insert(assignments.begin(), {"seed=3", "faults=" + faults});
+  assignments.insert(assignments.begin(), {"trial.seed=3", "faults=" + faults});
   const TrialResult result = RunTrial(LoadScenario(scenario, assignments));
   EXPECT_EQ(result.outcome == Outcome::kSuccess, result.docked && result.inserted) << faults;
   EXPECT_NE(result.outcome, Outcome::kFalseDock) << faults << ": " << result.reason;
@@ -27,7 +27,7 @@ TrialResult Fly(const std::string& scenario, const std::string& faults,
 
 // The same without cameras, in a tenth of a second.
 TrialResult FlyBlind(const std::string& faults) {
-  return Fly("sea_night_active", faults, {"pose_source=true_pose"});
+  return Fly("sea_night_active", faults, {"estimator.pose_source=true_pose"});
 }
 
 TEST(FaultsScenario, NoFaultIsTheSameTrial) {
@@ -85,7 +85,7 @@ TEST(FaultsScenario, AFailingCameraEndsAsItShould) {
        Outcome::kSuccess, Failure::kNone, "the pole is in the hole"}};
   for (const Cell& cell : cells) Expect(cell, Fly("sea_night_active", cell.faults));
   Expect({"{images: [{kind: swapped}]}", Outcome::kTimeout, Failure::kNeverFound, "never found"},
-         Fly("sea_night_active", "{images: [{kind: swapped}]}", {"duration_s=5"}));
+         Fly("sea_night_active", "{images: [{kind: swapped}]}", {"trial.duration_s=5"}));
 }
 
 }  // namespace

@@ -44,9 +44,10 @@ TEST(Faults, AreReadAsAllOtherKeys) {
   EXPECT_THAT(
       Refusal({"faults.fish=[{}, {shines_as: nope}]"}),
       HasSubstr("faults.fish[1].shines_as: 'nope' must be empty or one of red, green, blue"));
-  EXPECT_THAT(Refusal({"pose_source=true_pose", "faults.images=[{kind: black}]"}),
+  EXPECT_THAT(Refusal({"estimator.pose_source=true_pose", "faults.images=[{kind: black}]"}),
               AllOf(HasSubstr("faults"), HasSubstr("only thrusters can fail")));
-  EXPECT_EQ(Refusal({"pose_source=true_pose", "faults.thrusters=[{thruster: heave}]"}), "accepted");
+  EXPECT_EQ(Refusal({"estimator.pose_source=true_pose", "faults.thrusters=[{thruster: heave}]"}),
+            "accepted");
 }
 
 // What is too bright is named by who makes it so, before the trial.
@@ -54,7 +55,7 @@ TEST(Faults, OfOneLightStayWithinItsRangeTogether) {
   const std::string lamp = "{light: lamp_left, factor: 5}", red = "{light: red, factor: 5}";
   EXPECT_THAT(Refusal({"faults.lights=[" + lamp + ", " + red + ", " + red + "]"}),
               AllOf(HasSubstr("faults.lights[1].factor: makes 'red' too bright, with all that acts "
-                              "on it from 0 s on: optics.ball_lights.balls[0].current_factor: "),
+                              "on it from 0 s on: lights.marker.balls[0].current_factor: "),
                     HasSubstr("must be in [0, 20]")));
   EXPECT_THAT(Refusal({"faults.lights=[" + red +
                        ", {light: red, factor: 5, begin_s: 4, "
@@ -87,7 +88,8 @@ constexpr double kFrame_s = 1.0 / 30;
 // Images of a vehicle that drifts before the marker, one a frame, from the start.
 std::vector<StereoImage> Film(const std::vector<std::string>& faults, int frames,
                               const std::optional<StereoRegion>& region = std::nullopt) {
-  std::vector<std::string> assignments = {"seed=3", "rig.width_px=160", "rig.height_px=120"};
+  std::vector<std::string> assignments = {"trial.seed=3", "cameras.rig.width_px=160",
+                                          "cameras.rig.height_px=120"};
   assignments.insert(assignments.end(), faults.begin(), faults.end());
   World world(LoadScenario("sea_night_passive", assignments), {});
   std::vector<StereoImage> film;
@@ -120,12 +122,14 @@ TEST(WorldFaults, AFrozenCameraGivesTheImageBefore) {
 TEST(EyesFaults, SeeNothingInWhatRepeats) {
   for (const bool noisy : {true, false}) {
     std::vector<std::string> assignments = {
-        "seed=3", "rig.width_px=160", "rig.height_px=120", "camera_delay_frames=0",
+        "trial.seed=3", "cameras.rig.width_px=160", "cameras.rig.height_px=120",
+        "cameras.delay_frames=0",
         "faults.images=[{kind: frozen, camera: left, begin_s: " + From(3) + ", end_s: " + From(5) +
             "}]"};
     if (!noisy)
-      assignments.insert(assignments.end(), {"sensor.read_noise_electrons=0",
-                                             "sensor.shot_noise=false", "sensor.video_noise_dn=0"});
+      assignments.insert(assignments.end(),
+                         {"cameras.sensor.read_noise_electrons=0",
+                          "cameras.sensor.shot_noise=false", "cameras.sensor.video_noise_dn=0"});
     const Scenario scenario = LoadScenario("sea_night_passive", assignments);
     World world(scenario, {});
     Perception perception(scenario, {}, &world);

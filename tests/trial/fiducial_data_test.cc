@@ -149,9 +149,9 @@ TEST(DrawnTags, OfEachFamilyAreReadWithTheRightPose) {
                    .p_MT_m = {0.105, -0.155, 0.08},
                    .q_MT_wxyz = {std::sqrt(0.5), std::sqrt(0.5), 0, 0}}};
     std::ofstream(folder / "my_tags.xml") << TagsMjcf(known);
-    const Scenario scenario = LoadScenario(
-        "sea_night_fiducial",
-        {"model=" + (folder / "scene.xml").string(), std::string("fiducial.family=") + name});
+    const Scenario scenario =
+        LoadScenario("sea_night_fiducial", {"trial.scene=" + (folder / "scene.xml").string(),
+                                            std::string("estimator.fiducial.family=") + name});
     const vision::FiducialParams& fiducial = FiducialOf(scenario);
     ASSERT_EQ(fiducial.tags.size(), 2u);
     EXPECT_LT((fiducial.tags[1].q_MT_wxyz - known.tags[1].q_MT_wxyz).norm(), 1e-6);

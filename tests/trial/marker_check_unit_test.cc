@@ -11,7 +11,8 @@ namespace {
 using ::testing::HasSubstr;
 
 TEST(Marker, ADifferentOneIsAnErrorUnlessMeant) {
-  const std::vector<std::string> quick = {"rig.width_px=64", "rig.height_px=48", "duration_s=0.03"};
+  const std::vector<std::string> quick = {"cameras.rig.width_px=64", "cameras.rig.height_px=48",
+                                          "trial.duration_s=0.03"};
   Scenario scenario = LoadScenario("pool_active", quick);
   scenario.marker.balls[1].p_MQ_m.z() += 0.0009;  // within a millimetre
   EXPECT_EQ(RunTrial(scenario).log.frames.size(), 1u);

@@ -16,8 +16,8 @@ namespace turbidock::trial {
 namespace {
 
 TrialResult FlyBlind(const std::string& scenario, int seed, std::vector<std::string> assignments) {
-  assignments.push_back("pose_source=true_pose");
-  assignments.push_back("seed=" + std::to_string(seed));
+  assignments.push_back("estimator.pose_source=true_pose");
+  assignments.push_back("trial.seed=" + std::to_string(seed));
   return RunTrial(LoadScenario(scenario, assignments));
 }
 
@@ -34,7 +34,7 @@ TEST(LevelScenario, BlueRov2PitchesLessWhenItKeepsItselfLevel) {
   for (const int seed : {1, 2, 3}) {
     const std::vector<std::string> sea = {"sea.state=moderate"};
     std::vector<std::string> without = sea;
-    without.emplace_back("levelling.enabled=false");
+    without.emplace_back("control.levelling.enabled=false");
     const TrialResult level = FlyBlind("bluerov2_sea_night", seed, sea);
     EXPECT_EQ(level.outcome, Outcome::kSuccess) << level.reason;
     EXPECT_LT(MostPitch_deg(level), 7) << seed;
@@ -50,19 +50,19 @@ int Docked(const std::string& scenario, const std::vector<std::string>& assignme
 }
 
 TEST(MooredScenario, ADockThatTurnsIntoTheCurrentIsReachedWhereAFixedOneIsNot) {
-  const std::vector<std::string> across = {"sea.state=custom", "mooring.natural_period_s=0",
+  const std::vector<std::string> across = {"sea.state=custom", "station.mooring.natural_period_s=0",
                                            "sea.current.surface_velocity_mps=[0, 0.2, 0]"};
   std::vector<std::string> turns = across;
-  turns.emplace_back("mooring.weathervane_arm_m=1");
+  turns.emplace_back("station.mooring.weathervane_arm_m=1");
   EXPECT_EQ(Docked("sea_moored_active", across), 0);
   EXPECT_EQ(Docked("sea_moored_active", turns), 4);
 }
 
 TEST(MooredScenario, ASlowSwingIsFollowedAndAFastOneIsNot) {
   const auto swung = [](const char* period) {
-    return Docked("sea_moored_active",
-                  {"sea.state=calm", "mooring.natural_period_s=0", "mooring.swing_y_m=0.15",
-                   std::string("mooring.swing_period_s=") + period});
+    return Docked("sea_moored_active", {"sea.state=calm", "station.mooring.natural_period_s=0",
+                                        "station.mooring.swing_y_m=0.15",
+                                        std::string("station.mooring.swing_period_s=") + period});
   };
   EXPECT_EQ(swung("16"), 4);
   EXPECT_EQ(swung("2"), 0);

@@ -37,10 +37,11 @@ class PlaybackOfTrials : public testing::OwnFolder {
   // What a trial of the pool says of a file of commands; nothing: it runs.
   std::string RefusalOf(const std::string& csv, const Settings& more = {}) const {
     try {
-      RunTrial(LoadScenario("pool_active",
-                            With({"pose_source=true_pose", "duration_s=0.2", "controller=playback",
-                                  "playback.file=" + File("commands.csv", csv)},
-                                 more)));
+      RunTrial(LoadScenario(
+          "pool_active",
+          With({"estimator.pose_source=true_pose", "trial.duration_s=0.2", "control.use=playback",
+                "control.playback.file=" + File("commands.csv", csv)},
+               more)));
       return "";
     } catch (const ConfigError& error) {
       return error.what();
@@ -48,8 +49,9 @@ class PlaybackOfTrials : public testing::OwnFolder {
   }
 };
 
-const Settings kClosedLoop = {"pose_source=true_pose", "seed=5", "duration_s=25",
-                              "sea.state=moderate", "sea.current.gust_std_mps=0.02"};
+const Settings kClosedLoop = {"estimator.pose_source=true_pose", "trial.seed=5",
+                              "trial.duration_s=25", "sea.state=moderate",
+                              "sea.current.gust_std_mps=0.02"};
 
 // Over the frames that both have.
 double LargestDifference_m(const TrialLog& a, const TrialLog& b, size_t from = 0) {
@@ -63,12 +65,13 @@ double LargestDifference_m(const TrialLog& a, const TrialLog& b, size_t from = 0
 
 TEST_F(PlaybackOfTrials, TheCommandsOfATrialGiveItsTrajectory) {
   for (const std::string scenario : {"sea_night_active", "bluerov2_sea_night"}) {
-    const Settings settings = With(kClosedLoop, {"controller=pid"});
+    const Settings settings = With(kClosedLoop, {"control.use=pid"});
     const TrialResult first = RunTrial(LoadScenario(scenario, settings));
     const std::string csv = File("trajectory.csv", Series::Of(first.log).Csv());
     const auto replayed = [&](const Settings& more) {
       return RunTrial(LoadScenario(
-          scenario, With(settings, With({"controller=playback", "playback.file=" + csv}, more))));
+          scenario,
+          With(settings, With({"control.use=playback", "control.playback.file=" + csv}, more))));
     };
     const TrialResult again = replayed({});
     EXPECT_EQ(again.log.frames.size(), first.log.frames.size());
@@ -83,8 +86,8 @@ TEST_F(PlaybackOfTrials, TheCommandsOfATrialGiveItsTrajectory) {
 
 TEST_F(PlaybackOfTrials, BeginsWhereALogHasTheVehicle) {
   // Without lag nothing but pose and velocity is the vehicle's state.
-  const Settings settings = {"pose_source=true_pose", "seed=5", "duration_s=12", "controller=pid",
-                             "vehicle.thrusters.lag_s=0"};
+  const Settings settings = {"estimator.pose_source=true_pose", "trial.seed=5",
+                             "trial.duration_s=12", "control.use=pid", "vehicle.thrusters.lag_s=0"};
   const TrialResult first = RunTrial(LoadScenario("pool_active", settings));
   const std::string csv = File("trajectory.csv", Series::Of(first.log).Csv());
   constexpr size_t kFrom = 150;
@@ -96,8 +99,8 @@ TEST_F(PlaybackOfTrials, BeginsWhereALogHasTheVehicle) {
   const Eigen::Quaterniond& q = from.true_X_WB.q;
   const Scenario scenario = LoadScenario(
       "pool_active",
-      With(settings, {"controller=playback", "playback.file=" + csv,
-                      "playback.begin_s=" + FormatNumber(from.time_s), "duration_s=5",
+      With(settings, {"control.use=playback", "control.playback.file=" + csv,
+                      "control.playback.begin_s=" + FormatNumber(from.time_s), "trial.duration_s=5",
                       "start.position_m=" + list(from.true_X_WB.p),
                       fmt::format("start.quaternion_wxyz=[{}, {}, {}, {}]", FormatNumber(q.w()),
                                   FormatNumber(q.x()), FormatNumber(q.y()), FormatNumber(q.z())),
@@ -113,9 +116,9 @@ TEST_F(PlaybackOfTrials, BeginsWhereALogHasTheVehicle) {
 }
 
 TEST_F(PlaybackOfTrials, TheMotionOfEveryStep) {
-  const Scenario scenario =
-      LoadScenario("pool_active", {"pose_source=true_pose", "duration_s=3", "controller=pid",
-                                   "sea.current.surface_velocity_mps=[0.1, 0, 0]"});
+  const Scenario scenario = LoadScenario(
+      "pool_active", {"estimator.pose_source=true_pose", "trial.duration_s=3", "control.use=pid",
+                      "sea.current.surface_velocity_mps=[0.1, 0, 0]"});
   MotionLog motion(ThrusterNamesOf(scenario));
   TrialOptions options;
   options.on_tick = [&](const MotionTick& tick) { motion.Add(tick); };
@@ -206,13 +209,14 @@ TEST_F(PlaybackOfTrials, WhatIsWrongIsSaidInALine) {
   EXPECT_THAT(RefusalOf("time_s,surge_left_v,surge_right_v,sway_v,heave_v,bow_v\n0,3,3,3,3,3\n"),
               HasSubstr("bow_v is of no thruster of the vehicle"));
   EXPECT_THAT(RefusalOf(head + "0,3,3,,3\n"), HasSubstr("commands for some thrusters only"));
-  EXPECT_THAT(RefusalOf(head + "9,3,3,3,3\n"), HasSubstr("playback.begin_s: 0 leaves no command"));
-  EXPECT_EQ(RefusalOf(head + "9,3,3,3,3\n", {"playback.begin_s=9"}), "");
+  EXPECT_THAT(RefusalOf(head + "9,3,3,3,3\n"),
+              HasSubstr("control.playback.begin_s: 0 leaves no command"));
+  EXPECT_EQ(RefusalOf(head + "9,3,3,3,3\n", {"control.playback.begin_s=9"}), "");
   EXPECT_THAT(RefusalOf("surge_left_v\n3\n"), HasSubstr("has no column time_s"));
   std::string gap = head;
   for (int i = 0; i < 20; ++i) gap += fmt::format("{},3,3,3,3\n", 0.1 * i + (i < 15 ? 0 : 4));
   EXPECT_THAT(RefusalOf(gap), HasSubstr("no command from 1.400 s on for 4.100 s"));
-  EXPECT_THROW(LoadScenario("pool_active", {"controller=playback"}), ConfigError);
+  EXPECT_THROW(LoadScenario("pool_active", {"control.use=playback"}), ConfigError);
   EXPECT_THROW(LoadScenario("pool_active", {"start.quaternion_wxyz=[1, 0, 0, 0]"}), ConfigError);
   EXPECT_THROW(LoadScenario("pool_active", {"start.position_m=[1, 0]"}), ConfigError);
 }
@@ -223,7 +227,7 @@ TEST_F(PlaybackOfTrials, FilesCountByTheirContent) {
   const std::string current = File("w.csv", "time_s,water_x_mps,water_y_mps\n0,0.1,0\n10,0,0.1\n");
   Scenario scenario = LoadScenario(
       "pool_active",
-      {"controller=playback", "playback.file=" + commands, "sea.current.series=" + current});
+      {"control.use=playback", "control.playback.file=" + commands, "sea.current.file=" + current});
   scenario.model_files = ModelFilesOf(scenario);
   EXPECT_EQ(ChangedModels(scenario, ModelFilesOf(scenario)), "");
   std::ofstream(current, std::ios::app) << "20,0,0\n";
@@ -235,18 +239,19 @@ TEST_F(PlaybackOfTrials, TheProcedureOnlyLooksOn) {
   // Blind from the start: a controller would have been given up long before.
   const Scenario scenario = LoadScenario(
       "pool_active",
-      {"pose_source=true_pose", "duration_s=6", "procedure.give_up_s=1",
-       "procedure.return_to_approach_s=1", "procedure.lost_after_s=0.5", "true_pose.nearest_m=1.3",
-       "start.distance_min_m=1.35", "start.distance_max_m=1.35", "controller=playback",
-       "playback.file=" + File("c.csv",
-                               "time_s,surge_left_v,surge_right_v,sway_v,"
-                               "heave_v\n0,3.2,3.2,2.5,2.5\n3,2.5,2.5,2.5,2.5\n")});
+      {"estimator.pose_source=true_pose", "trial.duration_s=6", "procedure.give_up_s=1",
+       "procedure.return_to_approach_s=1", "procedure.lost_after_s=0.5",
+       "estimator.true_pose.nearest_m=1.3", "start.distance_min_m=1.35",
+       "start.distance_max_m=1.35", "control.use=playback",
+       "control.playback.file=" + File("c.csv",
+                                       "time_s,surge_left_v,surge_right_v,sway_v,"
+                                       "heave_v\n0,3.2,3.2,2.5,2.5\n3,2.5,2.5,2.5,2.5\n")});
   const TrialResult result = RunTrial(scenario);
   EXPECT_EQ(result.outcome, Outcome::kTimeout) << result.reason;
   EXPECT_EQ(result.log.frames.size(), 180u);
   RunningTrial running(scenario);
-  EXPECT_THROW(running.Set("controller=pid"), ConfigError);
-  EXPECT_THROW(running.Set("playback.begin_s=1"), ConfigError);
+  EXPECT_THROW(running.Set("control.use=pid"), ConfigError);
+  EXPECT_THROW(running.Set("control.playback.begin_s=1"), ConfigError);
 }
 
 TEST_F(PlaybackOfTrials, AMeasuredCurrentCarriesTheVehicle) {
@@ -254,11 +259,12 @@ TEST_F(PlaybackOfTrials, AMeasuredCurrentCarriesTheVehicle) {
                                    "time_s,speed_mps,direction_rad\n0,0,0\n2,0.2,0\n"
                                    "6,0.2,1.5707963267948966\n");
   const Scenario scenario = LoadScenario(
-      "pool_active", {"pose_source=true_pose", "duration_s=8", "sea.current.series=" + current,
-                      "controller=playback", "start.position_m=[-2, 0, -0.8]",
-                      "playback.file=" + File("c.csv",
-                                              "time_s,surge_left_v,surge_right_v,sway_v,"
-                                              "heave_v\n0,2.5,2.5,2.5,2.5\n")});
+      "pool_active",
+      {"estimator.pose_source=true_pose", "trial.duration_s=8", "sea.current.file=" + current,
+       "control.use=playback", "start.position_m=[-2, 0, -0.8]",
+       "control.playback.file=" + File("c.csv",
+                                       "time_s,surge_left_v,surge_right_v,sway_v,"
+                                       "heave_v\n0,2.5,2.5,2.5,2.5\n")});
   const vehicle::Sea sea = SeaOf(scenario, Rng(0, 0));
   vehicle::Sea now = sea;
   now.Step(0.01, 1);
@@ -274,7 +280,7 @@ TEST_F(PlaybackOfTrials, AMeasuredCurrentCarriesTheVehicle) {
       result.log.frames.back().true_X_WB.p - result.log.frames.front().true_X_WB.p;
   EXPECT_GT(moved.x(), 0.2);
   EXPECT_GT(moved.y(), 0.2);
-  EXPECT_THROW(LoadScenario("pool_active", {"sea.current.series=" + current,
+  EXPECT_THROW(LoadScenario("pool_active", {"sea.current.file=" + current,
                                             "sea.current.surface_velocity_mps=[0.1, 0, 0]"}),
                ConfigError);
 }

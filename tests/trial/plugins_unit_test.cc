@@ -201,56 +201,59 @@ Plugins Ours() {
 }
 
 Scenario Load(std::vector<std::string> assignments) {
-  assignments.emplace_back("pose_source=true_pose");
+  assignments.emplace_back("estimator.pose_source=true_pose");
   return LoadScenario("paper_sea_night_active", assignments, "", Ours());
 }
 
 TEST(Plugins, ACopyOfThePublishedLawSteersTheSameTrial) {
-  const Scenario paper = Load({"duration_s=12"});
+  const Scenario paper = Load({"trial.duration_s=12"});
   const TrialResult ours = RunTrial(paper);
   const auto& published = paper.plugins.ParamsOf<control::PVoltageParams>();
   const std::vector<std::string> same = {
-      "duration_s=12", "controller=copied",
-      "copied.surge_v_per_m=" + FormatNumber(published.surge.kp_v_per_m),
-      "copied.across_v_per_m=" + FormatNumber(published.sway.kp_v_per_m),
-      "copied.yaw_v=" + FormatNumber(published.yaw.kp_v)};
+      "trial.duration_s=12", "control.use=copied",
+      "control.copied.surge_v_per_m=" + FormatNumber(published.surge.kp_v_per_m),
+      "control.copied.across_v_per_m=" + FormatNumber(published.sway.kp_v_per_m),
+      "control.copied.yaw_v=" + FormatNumber(published.yaw.kp_v)};
   const Scenario scenario = Load(same);
   EXPECT_EQ(scenario.controller_name(), "copied");
   EXPECT_EQ(RunTrial(scenario).digest, ours.digest);
   std::vector<std::string> other = same;
-  other.emplace_back("copied.across_v_per_m=12");
+  other.emplace_back("control.copied.across_v_per_m=12");
   EXPECT_NE(RunTrial(Load(other)).digest, ours.digest);
   other = same;
-  other.insert(other.end(), {"copied.setpoint.enabled=true"});
+  other.insert(other.end(), {"control.copied.setpoint.enabled=true"});
   EXPECT_NE(RunTrial(Load(other)).digest, ours.digest);
 }
 
 TEST(Plugins, AreSavedAndReadAgainWithTheirScenario) {
-  const Scenario scenario = Load({"controller=copied", "copied.yaw_v=3", "duration_s=3"});
+  const Scenario scenario =
+      Load({"control.use=copied", "control.copied.yaw_v=3", "trial.duration_s=3"});
   const std::string text = SaveScenario(scenario);
-  EXPECT_THAT(text, HasSubstr("controller: copied"));
+  EXPECT_THAT(text, HasSubstr("use: copied"));
   const Scenario again = ParseScenario(text, "resolved.yaml", Ours());
   EXPECT_EQ(SaveScenario(again), text);
   EXPECT_EQ(RunTrial(again).digest, RunTrial(scenario).digest);
   // a program without them says so
   EXPECT_THAT(
       MessageOf([&] { ParseScenario(text, "resolved.yaml"); }),
-      MatchesRegex("resolved.yaml:[0-9]+: controller = 'copied', must be one of p_voltage, "
+      MatchesRegex("resolved.yaml:[0-9]+: control.use = 'copied', must be one of p_voltage, "
                    "pid, lqg, playback; the program that wrote it .turbidock-ros .* has it"));
-  const Scenario other = Load({"pose_estimator=wrapped"});
+  const Scenario other = Load({"estimator.use=wrapped"});
   EXPECT_THAT(MessageOf([&] { ParseScenario(SaveScenario(other), "resolved.yaml"); }),
-              MatchesRegex("resolved.yaml:[0-9]+: pose_estimator = 'wrapped', must be .* has it"));
+              MatchesRegex("resolved.yaml:[0-9]+: estimator.use = 'wrapped', must be .* has it"));
 }
 
 TEST(Plugins, TheirKeysAreAsStrictAsOurs) {
-  EXPECT_THAT(MessageOf([] { Load({"copied.yaw_w=3"}); }), HasSubstr("did you mean yaw_v?"));
-  EXPECT_THAT(MessageOf([] { Load({"copied.yaw_v=101"}); }), HasSubstr("must be in [0, 100]"));
-  EXPECT_THAT(MessageOf([] { Load({"controller=copy"}); }),
+  EXPECT_THAT(MessageOf([] { Load({"control.copied.yaw_w=3"}); }),
+              HasSubstr("did you mean yaw_v?"));
+  EXPECT_THAT(MessageOf([] { Load({"control.copied.yaw_v=101"}); }),
+              HasSubstr("must be in [0, 100]"));
+  EXPECT_THAT(MessageOf([] { Load({"control.use=copy"}); }),
               HasSubstr("must be one of p_voltage, pid, lqg, playback, copied, wrong_law"));
-  EXPECT_THAT(MessageOf([] { Load({"pose_estimator=rmga"}); }),
+  EXPECT_THAT(MessageOf([] { Load({"estimator.use=rmga"}); }),
               HasSubstr("must be one of rm_ga, blobs, fiducial, wrapped"));
   const auto keys = ScenarioKeys(Ours());
-  EXPECT_EQ(std::ranges::count(keys, "copied.surge_v_per_m", &config::KeyDoc::key), 1);
+  EXPECT_EQ(std::ranges::count(keys, "control.copied.surge_v_per_m", &config::KeyDoc::key), 1);
   EXPECT_EQ(ScenarioKeys().size() + 18, keys.size());
 }
 
@@ -263,26 +266,29 @@ TEST(Plugins, RefusesNamesThatAreTakenOrNone) {
     EXPECT_THAT(message(name), HasSubstr("a name is of small letters")) << name;
   for (const char* name : {"copied", "wrapped", "pid", "playback", "blobs"})
     EXPECT_THAT(message(name), HasSubstr("there is one of this name already")) << name;
-  for (const char* name : {"estimator", "controller", "water", "seed"})
+  for (const auto& [group, name] :
+       {std::pair("estimator", "use"), {"estimator", "hue"}, {"control", "levelling"}})
     EXPECT_EQ(message(name),
-              std::string("plug-in '") + name + "': a scenario has this key already");
+              std::string("plug-in '") + name + "': there is a key " + group + "." + name);
   EXPECT_EQ(plugins.controllers(), Ours().controllers());
 }
 
 TEST(Plugins, AreValues) {
   Plugins registry = Ours();
-  const Scenario one = LoadScenario("pool_active", {"copied.yaw_v=7"}, "", registry);
+  const Scenario one = LoadScenario("pool_active", {"control.copied.yaw_v=7"}, "", registry);
   const Scenario copy = one;
-  EXPECT_EQ(config::ValueOf(copy, "copied.yaw_v"), "7");
+  EXPECT_EQ(config::ValueOf(copy, "control.copied.yaw_v"), "7");
   // what a scenario sets stays with it
-  EXPECT_EQ(config::ValueOf(LoadScenario("pool_active", {}, "", one.plugins), "copied.yaw_v"), "2");
+  EXPECT_EQ(
+      config::ValueOf(LoadScenario("pool_active", {}, "", one.plugins), "control.copied.yaw_v"),
+      "2");
 }
 
 TEST(Plugins, ALawCanBeChosenAndSetWhileATrialRuns) {
-  RunningTrial trial(Load({"duration_s=4"}));
+  RunningTrial trial(Load({"trial.duration_s=4"}));
   for (int frame = 0; frame < 60; ++frame) trial.Step();
-  trial.Set("controller=copied");
-  trial.Set("copied.across_v_per_m=5");
+  trial.Set("control.use=copied");
+  trial.Set("control.copied.across_v_per_m=5");
   EXPECT_EQ(trial.settings().controller_name(), "copied");
   while (!trial.ended()) trial.Step();
   EXPECT_EQ(trial.Finish().changes.size(), 2u);
@@ -293,9 +299,9 @@ std::string ErrorOf(const std::vector<std::string>& assignments, const char* pos
       "pool_active",
       [&] {
         std::vector<std::string> all = assignments;
-        all.push_back(std::string("pose_source=") + pose_source);
-        all.emplace_back("duration_s=1.2");
-        all.emplace_back("true_pose.found_after_s=0");
+        all.push_back(std::string("estimator.pose_source=") + pose_source);
+        all.emplace_back("trial.duration_s=1.2");
+        all.emplace_back("estimator.true_pose.found_after_s=0");
         all.emplace_back("procedure.found_hold_s=0");
         return all;
       }(),
@@ -310,7 +316,7 @@ std::string ErrorOf(const std::vector<std::string>& assignments, const char* pos
 
 TEST(Plugins, ALawThatFailsIsNamed) {
   const auto error = [](const std::string& wrong) {
-    return ErrorOf({"controller=wrong_law", "wrong_law.wrong=" + wrong}, "true_pose");
+    return ErrorOf({"control.use=wrong_law", "control.wrong_law.wrong=" + wrong}, "true_pose");
   };
   EXPECT_EQ(error("nothing"), "");
   EXPECT_EQ(error("throws"), "controller wrong_law, Demand at frame 20: no such gain");
@@ -322,12 +328,13 @@ TEST(Plugins, ALawThatFailsIsNamed) {
 TEST(Plugins, APredictionBridgesTheLastLeg) {
   Plugins plugins = Ours();
   plugins.AddController<Predicting>("predicting");
-  Scenario ours = LoadScenario("sea_night_active",
-                               {"pose_source=true_pose", "seed=1", "true_pose.nearest_m=0.45",
-                                "procedure.servo_x_m=0.75", "procedure.blind_max_s=8"},
-                               "", plugins);
+  Scenario ours = LoadScenario(
+      "sea_night_active",
+      {"estimator.pose_source=true_pose", "trial.seed=1", "estimator.true_pose.nearest_m=0.45",
+       "procedure.servo_x_m=0.75", "procedure.blind_max_s=8"},
+      "", plugins);
   Scenario theirs = ours;
-  Resolve({config::ParseAssignment("controller=predicting")}, &theirs);
+  Resolve({config::ParseAssignment("control.use=predicting")}, &theirs);
   auto& params = theirs.plugins.ParamsOf<Predicting::Params>();
   static_cast<control::LqgParams&>(params) = ours.plugins.ParamsOf<control::LqgParams>();
   const TrialResult result = RunTrial(theirs);
@@ -349,7 +356,7 @@ TEST(Plugins, WithoutAPredictionThereIsNoLastLeg) {
   plugins.AddController<Predicting>("predicting");
   const auto message = [&](const std::string& controller) {
     return MessageOf([&] {
-      LoadScenario("pool_active", {"controller=" + controller, "procedure.blind_max_s=5"}, "",
+      LoadScenario("pool_active", {"control.use=" + controller, "procedure.blind_max_s=5"}, "",
                    plugins);
     });
   };
@@ -374,28 +381,31 @@ TEST(Plugins, ALawMayRefuseAVehicle) {
     }
     return std::string("no error");
   };
-  EXPECT_EQ(run({"controller=refusing", "pose_source=true_pose"}), "the vehicle has no rudder");
-  EXPECT_EQ(run({"pose_estimator=refusing_too"}), "the rig has one camera");
+  EXPECT_EQ(run({"control.use=refusing", "estimator.pose_source=true_pose"}),
+            "the vehicle has no rudder");
+  EXPECT_EQ(run({"estimator.use=refusing_too"}), "the rig has one camera");
 }
 
 // One line adds it to YAML, to the table of keys and to what a running trial can follow.
 TEST(Plugins, OneLineAddsAController) {
   Plugins plugins;
   plugins.AddController<Mine>("mine");
-  const Scenario scenario = ParseScenario(
-      SaveScenario(LoadScenario("pool_active", {})) + "mine: {gain: 3}\n", "mine.yaml", plugins);
+  const Scenario scenario =
+      ParseScenario(SaveScenario(LoadScenario("pool_active", {"control.mine.gain=3"}, "", plugins)),
+                    "mine.yaml", plugins);
   EXPECT_EQ(scenario.plugins.ParamsOf<Mine::Params>().gain, 3);
   const auto keys = ScenarioKeys(plugins);
-  const auto key = std::ranges::find(keys, "mine.gain", &config::KeyDoc::key);
+  const auto key = std::ranges::find(keys, "control.mine.gain", &config::KeyDoc::key);
   ASSERT_NE(key, keys.end());
   EXPECT_EQ(key->value + ", " + key->range + ": " + key->doc, "10, in [0, 100]: newtons a metre");
 
-  RunningTrial trial(LoadScenario(
-      "pool_active", {"controller=mine", "pose_source=true_pose", "true_pose.found_after_s=0"}, "",
-      plugins));
+  RunningTrial trial(LoadScenario("pool_active",
+                                  {"control.use=mine", "estimator.pose_source=true_pose",
+                                   "estimator.true_pose.found_after_s=0"},
+                                  "", plugins));
   for (int frame = 0; frame < 30; ++frame) trial.Step();
   const double before = trial.log().frames.back().demand.norm();
-  trial.Set("mine.gain=20");
+  trial.Set("control.mine.gain=20");
   trial.Step();
   EXPECT_NEAR(trial.log().frames.back().demand.norm(), 2 * before, 0.2 * before);
   EXPECT_GT(before, 0);
@@ -403,7 +413,7 @@ TEST(Plugins, OneLineAddsAController) {
 
 TEST(Plugins, AnEstimatorThatFailsIsNamed) {
   const auto error = [](const std::string& wrong) {
-    return ErrorOf({"pose_estimator=wrapped", "wrapped.wrong=" + wrong}, "cameras");
+    return ErrorOf({"estimator.use=wrapped", "estimator.wrapped.wrong=" + wrong}, "cameras");
   };
   EXPECT_EQ(error("nothing"), "");
   EXPECT_EQ(error("throws"), "estimator wrapped, Update at frame 20: no such gain");
@@ -413,8 +423,9 @@ TEST(Plugins, AnEstimatorThatFailsIsNamed) {
 }
 
 TEST(Plugins, TheClassicalEstimatorCanSteer) {
-  const TrialResult result = RunTrial(LoadScenario(
-      "pool_active", {"pose_estimator=blobs", "water.milk_ml_m3=0", "duration_s=1", "seed=3"}));
+  const TrialResult result =
+      RunTrial(LoadScenario("pool_active", {"estimator.use=blobs", "water.milk_ml_m3=0",
+                                            "trial.duration_s=1", "trial.seed=3"}));
   EXPECT_EQ(result.estimator, "blobs");
   EXPECT_GT(result.fitness_best, 0.3);
 }

@@ -24,11 +24,12 @@ WatchedTrial WatchTrial(const std::string& scenario, bool region_of_interest) {
     run.partial_frames += !before.empty() && std::equal(corner, corner + kCorner_px, before.data());
     before = std::exchange(last, frame.seen.left);
   };
-  run.result = RunTrial(
-      LoadScenario(scenario,
-                   {"duration_s=5", "start.distance_min_m=0.6", "start.distance_max_m=0.7",
-                    region_of_interest ? "region_of_interest=true" : "region_of_interest=false"}),
-      options);
+  run.result =
+      RunTrial(LoadScenario(scenario, {"trial.duration_s=5", "start.distance_min_m=0.6",
+                                       "start.distance_max_m=0.7",
+                                       region_of_interest ? "trial.region_of_interest=true"
+                                                          : "trial.region_of_interest=false"}),
+               options);
   return run;
 }
 

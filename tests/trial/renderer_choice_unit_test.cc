@@ -21,10 +21,10 @@ using testing::RunProgram;
 using ::testing::StartsWith;
 
 ProgramEnd RunAFrame(const std::string& renderer, const std::string& environment) {
-  return RunProgram(
-      {"run", "pool_active", "--json", "--set", "duration_s=0.01", "--set", "rig.width_px=64",
-       "--set", "rig.height_px=48", "--set", "renderer=" + renderer},
-      {environment});
+  return RunProgram({"run", "pool_active", "--json", "--set", "trial.duration_s=0.01", "--set",
+                     "cameras.rig.width_px=64", "--set", "cameras.rig.height_px=48", "--set",
+                     "trial.renderer=" + renderer},
+                    {environment});
 }
 
 // Where these libraries cannot be opened.

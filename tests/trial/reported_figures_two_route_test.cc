@@ -115,10 +115,10 @@ void ExpectReportedAsLogged(const TrialResult& result, double fps) {
 
 TEST(ReportedFigures, OfATrialThatDocksAndHolds) {
   // Drifts on for two seconds after docking, in a current: the end is another place than the dock.
-  const TrialResult result = RunTrial(
-      LoadScenario("sea_night_active",
-                   {"seed=3", "pose_source=true_pose", "docked_hold_s=2",
-                    "true_pose.noise=[0.005, 0.004, 0.004, 0.02]", "camera_delay_frames=3"}));
+  const TrialResult result = RunTrial(LoadScenario(
+      "sea_night_active",
+      {"trial.seed=3", "estimator.pose_source=true_pose", "trial.after_docked_s=2",
+       "estimator.true_pose.noise=[0.005, 0.004, 0.004, 0.02]", "cameras.delay_frames=3"}));
   ASSERT_EQ(result.outcome, Outcome::kSuccess) << result.reason;
   ASSERT_GE(std::ssize(result.log.frames) / 30.0, result.time_s + 1.9);
   const AxesPose at_end = ErrorOf(result.log.frames.back(), result.log.frames.back().true_X_HM);
@@ -134,10 +134,10 @@ TEST(ReportedFigures, AnEstimateIsComparedWithTheTruthOfItsImage) {
     SCOPED_TRACE(::testing::Message() << delay << " " << period << " " << drops);
     const TrialResult result = RunTrial(LoadScenario(
         "sea_night_active",
-        {"seed=3", "pose_source=true_pose", "duration_s=4", "true_pose.noise=[0, 0, 0, 0]",
-         "camera_delay_frames=" + std::to_string(delay),
-         "camera_period_frames=" + std::to_string(period),
-         "camera_drop_probability=" + std::string(drops)}));
+        {"trial.seed=3", "estimator.pose_source=true_pose", "trial.duration_s=4",
+         "estimator.true_pose.noise=[0, 0, 0, 0]", "cameras.delay_frames=" + std::to_string(delay),
+         "cameras.period_frames=" + std::to_string(period),
+         "cameras.drop_probability=" + std::string(drops)}));
     const std::vector<FrameRecord>& log = result.log.frames;
     int old = 0;
     for (const FrameRecord& frame : log) {
@@ -162,7 +162,7 @@ TEST(ReportedFigures, AnEstimateIsComparedWithTheTruthOfItsImage) {
 TEST(ReportedFigures, OfEstimatesThatClaimTooMuch) {
   const TrialResult result = RunTrial(
       LoadScenario("sea_night_active",
-                   {"seed=5", "duration_s=3",
+                   {"trial.seed=5", "trial.duration_s=3",
                     "faults.misalignments=[{camera: both, yaw_pitch_roll_rad: [0.003, 0, 0]}]"}));
   EXPECT_GT(result.false_confidence_s, 1);
   EXPECT_GT(result.normalised_error2_mean.value_or(0), 20);
@@ -170,25 +170,25 @@ TEST(ReportedFigures, OfEstimatesThatClaimTooMuch) {
 }
 
 TEST(ReportedFigures, OfATrialThatIsLate) {
-  const TrialResult result = RunTrial(
-      LoadScenario("sea_night_active", {"seed=5", "pose_source=true_pose", "duration_s=6",
-                                        "true_pose.found_after_s=1", "camera_delay_frames=2"}));
+  const TrialResult result = RunTrial(LoadScenario(
+      "sea_night_active", {"trial.seed=5", "estimator.pose_source=true_pose", "trial.duration_s=6",
+                           "estimator.true_pose.found_after_s=1", "cameras.delay_frames=2"}));
   ASSERT_EQ(result.outcome, Outcome::kTimeout) << result.reason;
   ASSERT_FALSE(result.transitions.empty());
   ExpectReportedAsLogged(result, 30);
 }
 
 TEST(ReportedFigures, OfATrialThatPressesAgainstTheDock) {
-  const TrialResult result = RunTrial(
-      LoadScenario("pool_active", {"seed=3", "pose_source=true_pose", "duration_s=13",
-                                   "procedure.servo_z_m=-0.06", "vehicle.contact.friction=2"}));
+  const TrialResult result = RunTrial(LoadScenario(
+      "pool_active", {"trial.seed=3", "estimator.pose_source=true_pose", "trial.duration_s=13",
+                      "procedure.servo_z_m=-0.06", "vehicle.contact.friction=2"}));
   ASSERT_GT(result.dock_force_max_newton, result.log.frames.back().dock_force_newton);
   ExpectReportedAsLogged(result, 30);
 }
 
 TEST(ReportedFigures, OfATrialThatDocksTwice) {
-  const TrialResult result =
-      RunTrial(LoadScenario("docking_cycles", {"pose_source=true_pose", "procedure.cycles=2"}));
+  const TrialResult result = RunTrial(
+      LoadScenario("docking_cycles", {"estimator.pose_source=true_pose", "procedure.cycles=2"}));
   EXPECT_EQ(result.outcome, Outcome::kSuccess) << result.reason;
   EXPECT_EQ(result.dockings, 2);
   EXPECT_GE(result.attempts, 2);
@@ -198,8 +198,9 @@ TEST(ReportedFigures, OfATrialThatDocksTwice) {
 
 // The time is up while it is docked for the first of two times: not docked as it shall be.
 TEST(ReportedFigures, OfATrialThatStopsBetweenTwoDockings) {
-  const TrialResult result = RunTrial(LoadScenario(
-      "docking_cycles", {"pose_source=true_pose", "procedure.cycles=2", "duration_s=20"}));
+  const TrialResult result =
+      RunTrial(LoadScenario("docking_cycles", {"estimator.pose_source=true_pose",
+                                               "procedure.cycles=2", "trial.duration_s=20"}));
   EXPECT_EQ(result.outcome, Outcome::kTimeout) << result.reason;
   EXPECT_EQ(result.dockings, 1);
   EXPECT_FALSE(result.docked);
@@ -209,17 +210,17 @@ TEST(ReportedFigures, OfATrialThatStopsBetweenTwoDockings) {
 TEST(ReportedFigures, OfATrialThatGivesUp) {
   // aimed beside the hole: the pole meets the rim and does not get on
   const TrialResult result = RunTrial(LoadScenario(
-      "docking_cycles", {"pose_source=true_pose", "procedure.servo_z_m=0.06",
-                         "vehicle.contact.friction=2", "procedure.attempts=2", "seed=3"}));
+      "docking_cycles", {"estimator.pose_source=true_pose", "procedure.servo_z_m=0.06",
+                         "vehicle.contact.friction=2", "procedure.attempts=2", "trial.seed=3"}));
   EXPECT_EQ(result.outcome, Outcome::kGaveUp) << result.reason;
   EXPECT_EQ(result.attempts, 2);
   ExpectReportedAsLogged(result, 30);
 }
 
 TEST(ReportedFigures, OfATrialThatFindsNothing) {
-  const TrialResult result =
-      RunTrial(LoadScenario("sea_night_active", {"seed=5", "pose_source=true_pose", "duration_s=2",
-                                                 "true_pose.found_after_s=60"}));
+  const TrialResult result = RunTrial(LoadScenario(
+      "sea_night_active", {"trial.seed=5", "estimator.pose_source=true_pose", "trial.duration_s=2",
+                           "estimator.true_pose.found_after_s=60"}));
   ASSERT_TRUE(result.transitions.empty());
   ExpectReportedAsLogged(result, 30);
 }

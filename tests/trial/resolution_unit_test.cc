@@ -17,7 +17,7 @@ using testing::RunProgram;
 TEST(Resolution, KeepsWhatIsSeen) {
   const Scenario full = LoadScenario("sea_night_active", {});
   const Scenario quarter =
-      LoadScenario("sea_night_active", {"rig.width_px=320", "rig.height_px=240"});
+      LoadScenario("sea_night_active", {"cameras.rig.width_px=320", "cameras.rig.height_px=240"});
   const StereoRig before = full.rig.MakeRig(), after = quarter.rig.MakeRig();
   EXPECT_EQ(after.left.width_px, 320);
   EXPECT_EQ(after.right.height_px, 240);
@@ -28,15 +28,16 @@ TEST(Resolution, KeepsWhatIsSeen) {
 }
 
 TEST(Resolution, BadInput) {
-  for (const char* size : {"rig.width_px=0", "rig.height_px=15", "rig.width_px=9000"})
+  for (const char* size :
+       {"cameras.rig.width_px=0", "cameras.rig.height_px=15", "cameras.rig.width_px=9000"})
     EXPECT_THROW(LoadScenario("pool_active", {size}), ConfigError) << size;
 }
 
 // Six frames at half the rate: three images, and the command holds in between.
 TEST(CameraPeriod, HoldsTheCommandBetweenImages) {
-  const Scenario scenario = LoadScenario(
-      "pool_active",
-      {"rig.width_px=160", "rig.height_px=120", "duration_s=0.2", "camera_period_frames=2"});
+  const Scenario scenario =
+      LoadScenario("pool_active", {"cameras.rig.width_px=160", "cameras.rig.height_px=120",
+                                   "trial.duration_s=0.2", "cameras.period_frames=2"});
   EXPECT_EQ(scenario.image_clock().frames_per_second, 15);
   EXPECT_DOUBLE_EQ(scenario.image_clock().dt_s(), scenario.clock.dt_s());
   std::vector<int64_t> evaluations, images;
@@ -57,10 +58,10 @@ TEST(CameraPeriod, HoldsTheCommandBetweenImages) {
 }
 
 TEST(CameraPeriod, DividesTheFrameRate) {
-  EXPECT_THROW(LoadScenario("pool_active", {"camera_period_frames=4"}), ConfigError);
-  const ProgramEnd end = RunProgram({"run", "pool_active", "--set", "camera_period_frames=4"});
+  EXPECT_THROW(LoadScenario("pool_active", {"cameras.period_frames=4"}), ConfigError);
+  const ProgramEnd end = RunProgram({"run", "pool_active", "--set", "cameras.period_frames=4"});
   EXPECT_EQ(end.exit_code, 2);
-  EXPECT_THAT(end.err, HasSubstr("must divide clock.frames_per_second (30)"));
+  EXPECT_THAT(end.err, HasSubstr("must divide trial.clock.frames_per_second (30)"));
 }
 
 }  // namespace

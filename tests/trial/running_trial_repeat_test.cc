@@ -19,7 +19,7 @@ namespace {
 using ::testing::HasSubstr;
 
 Scenario Short(std::vector<std::string> assignments = {}) {
-  assignments.insert(assignments.begin(), {"duration_s=1.5", "seed=11"});
+  assignments.insert(assignments.begin(), {"trial.duration_s=1.5", "trial.seed=11"});
   return LoadScenario("sea_night_active", assignments);
 }
 
@@ -53,10 +53,11 @@ TEST(RunningTrial, ATrialThatIsLookedAtEndsAsOneThatIsNot) {
 // Each of these, from the 21st frame on, makes another trial, the same one each time.
 TEST(RunningTrial, EveryChangeCountsAndCanBeRepeated) {
   const std::string digest = RunTrial(Short()).digest;
-  for (const std::string change : {"water.milk_ml_m3=40", "ball_lights.rim_radiance_w_m2_sr=0.01",
-                                   "lamps.enabled=true", "sea.current.surface_velocity_mps[1]=0.2",
-                                   "sea.state=rough", "sea.jonswap.significant_height_m=0.3",
-                                   "controller=p_voltage", "lqg.sway.effort_share=0.5"}) {
+  for (const std::string change :
+       {"water.milk_ml_m3=40", "lights.marker.rim_radiance_w_m2_sr=0.01",
+        "lights.lamps.enabled=true", "sea.current.surface_velocity_mps[1]=0.2", "sea.state=rough",
+        "sea.jonswap.significant_height_m=0.3", "control.use=p_voltage",
+        "control.lqg.sway.effort_share=0.5"}) {
     SCOPED_TRACE(change);
     const TrialResult changed = Played(Short(), {{20, change}});
     EXPECT_NE(changed.digest, digest);
@@ -72,7 +73,7 @@ TEST(RunningTrial, EveryChangeCountsAndCanBeRepeated) {
 TEST(RunningTrial, AChangeBeforeTheFirstFrameMovesTheVehicleAsTheScenarioWould) {
   // not the search for gusts: their stream is drawn from at the start
   for (const std::string change : {"sea.current.surface_velocity_mps[1]=0.2", "sea.state=rough",
-                                   "water.milk_ml_m3=30", "controller=pid"}) {
+                                   "water.milk_ml_m3=30", "control.use=pid"}) {
     SCOPED_TRACE(change);
     const TrialResult begun = RunTrial(Short({change}));
     const TrialResult changed = Played(Short(), {{0, change}});
@@ -109,15 +110,16 @@ TEST(RunningTrial, RefusesWhatItCannotFollow) {
   const auto message = [&](const std::string& assignment) {
     return testing::MessageOf([&] { trial.Set(assignment); });
   };
-  for (const char* key : {"rig.baseline_m=0.2", "playback.begin_s=1"})
-    EXPECT_THAT(message(key), HasSubstr("cannot change while the trial runs; water, lamps, "
-                                        "ball_lights, sea, controller, levelling, p_voltage, pid, "
-                                        "lqg can"));
-  EXPECT_THAT(message("controller=playback"), HasSubstr("playback.file: is empty"));
+  for (const char* key : {"cameras.rig.baseline_m=0.2", "control.playback.begin_s=1"})
+    EXPECT_THAT(message(key), HasSubstr("cannot change while the trial runs; water, "
+                                        "lights.lamps, lights.marker, sea, control.use, "
+                                        "control.levelling, control.p_voltage, "
+                                        "control.pid, control.lqg can"));
+  EXPECT_THAT(message("control.use=playback"), HasSubstr("control.playback.file: is empty"));
   EXPECT_THAT(message("water.milk_ml_m3=-1"), HasSubstr("must be in [0, 2000]"));
   EXPECT_THAT(message("water.milk_ml=1"), HasSubstr("did you mean milk_ml_m3"));
   EXPECT_THAT(message("water.milk_ml_m3"), HasSubstr("must be KEY=VALUE"));
-  EXPECT_THAT(message("lqg.sway.effort_share=0"), HasSubstr("must be in [1e-04, 100]"));
+  EXPECT_THAT(message("control.lqg.sway.effort_share=0"), HasSubstr("must be in [1e-04, 100]"));
   EXPECT_TRUE(trial.changes().empty());
   while (!trial.ended()) trial.Step();
   EXPECT_EQ(trial.Finish().digest, RunTrial(Short()).digest);
@@ -126,40 +128,41 @@ TEST(RunningTrial, RefusesWhatItCannotFollow) {
 // Values about the limits of what can be: a lamp in the hull, behind a docked vehicle's marker, a
 // light for a ball that the scene does not have.
 const std::vector<std::string> kTried = {
-    "lamps.shift_m=[0.02, 0, 0]",
-    "lamps.shift_m=[-0.25, -0.1, -0.05]",
-    "lamps.shift_m=[-0.2, -0.05, 0]",
-    "lamps.shift_m=[0.28, 0, 0]",
-    "lamps.shift_m=[5, 0, 0]",
-    "lamps.enabled=false",
-    "lamps.intensity_w_sr=[-1, 0, 0]",
-    "ball_lights.balls=[{name: purple, color: [1, 0, 1]}]",
-    "ball_lights.balls=[{name: red, color: [1, 0, 0]}]",
-    "ball_lights.balls[0].name=violet",
-    "ball_lights.balls[0].current_factor=3",
-    "ball_lights.balls[0].current_factor=300",
-    "ball_lights.enabled=false",
+    "lights.lamps.shift_m=[0.02, 0, 0]",
+    "lights.lamps.shift_m=[-0.25, -0.1, -0.05]",
+    "lights.lamps.shift_m=[-0.2, -0.05, 0]",
+    "lights.lamps.shift_m=[0.28, 0, 0]",
+    "lights.lamps.shift_m=[5, 0, 0]",
+    "lights.lamps.enabled=false",
+    "lights.lamps.intensity_w_sr=[-1, 0, 0]",
+    "lights.marker.balls=[{name: purple, color: [1, 0, 1]}]",
+    "lights.marker.balls=[{name: red, color: [1, 0, 0]}]",
+    "lights.marker.balls[0].name=violet",
+    "lights.marker.balls[0].current_factor=3",
+    "lights.marker.balls[0].current_factor=300",
+    "lights.marker.enabled=false",
     "water.milk_ml_m3=60",
     "water.milk_ml_m3=6000",
     "sea.state=rough",
     "sea.state=stormy",
     "sea.current.gust_std_mps=3",
     "sea.waves=[{height_m: 0.1, period_s: 0.1}]",
-    "controller=p_voltage",
-    "controller=pid",
-    "controller=none",
-    "pid.surge.kp_per_s2=-1",
-    "lqg.sway.effort_share=0",
-    "levelling.kp_per_s2=5",
-    "levelling.kp_per_s2=500",
+    "control.use=p_voltage",
+    "control.use=pid",
+    "control.use=none",
+    "control.pid.surge.kp_per_s2=-1",
+    "control.lqg.sway.effort_share=0",
+    "control.levelling.kp_per_s2=5",
+    "control.levelling.kp_per_s2=500",
 };
 
 // Tries each on a trial under way; returns how many it refuses.
 int RefusalsOf(const std::string& scenario, std::vector<std::string> settings) {
-  settings.insert(settings.begin(),
-                  {"duration_s=0.3", "seed=3", "rig.width_px=160", "rig.height_px=120",
-                   "lamps.enabled=true", "lamps.shift_m=[0, 0, 0]", "ball_lights.enabled=true",
-                   "procedure.docking_x_m=0.25", "procedure.docked_x_m=0.25"});
+  settings.insert(
+      settings.begin(),
+      {"trial.duration_s=0.3", "trial.seed=3", "cameras.rig.width_px=160",
+       "cameras.rig.height_px=120", "lights.lamps.enabled=true", "lights.lamps.shift_m=[0, 0, 0]",
+       "lights.marker.enabled=true", "procedure.docking_x_m=0.25", "procedure.docked_x_m=0.25"});
   const Scenario base = LoadScenario(scenario, settings);
   const std::string digest = RunTrial(base).digest;
   int refused = 0;
@@ -191,7 +194,7 @@ TEST(RunningTrial, SetTakesWhatAStartTakesAndARefusalChangesNothing) {
       "faults.lights=[{light: lamp_left, factor: 0.5, begin_s: 0.1}]",
       "faults.misalignments=[{camera: left, begin_s: 0.2}]"};
   EXPECT_GE(RefusalsOf("sea_night_passive", faults), 12);
-  EXPECT_GE(RefusalsOf("bluerov2_sea_night", {"pose_source=true_pose"}), 9);
+  EXPECT_GE(RefusalsOf("bluerov2_sea_night", {"estimator.pose_source=true_pose"}), 9);
 }
 
 TEST(RunningTrial, CutOffItIsInterrupted) {

@@ -33,7 +33,7 @@ bool Holds(const config::YamlNode& node, const std::string& key) {
 class EveryScenario : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(EveryScenario, LoadsAndTakesAFewFrames) {
-  const Scenario scenario = LoadScenario(GetParam(), {"duration_s=0.2"});
+  const Scenario scenario = LoadScenario(GetParam(), {"trial.duration_s=0.2"});
   EXPECT_FALSE(scenario.description.empty());
   const TrialResult result = RunTrial(scenario);
   EXPECT_EQ(result.outcome, Outcome::kTimeout) << result.reason;
@@ -71,13 +71,13 @@ TEST(EstimatorPreset, SetsTheOtherKeysWhereItIsGiven) {
         LoadScenario("pool_active", assignments).plugins.ParamsOf<vision::RmGaOptions>());
   };
   EXPECT_EQ(estimator({}), config::SaveYaml(vision::RmGaOptions{}));
-  EXPECT_EQ(estimator({"estimator.preset=published"}),
+  EXPECT_EQ(estimator({"estimator.rm_ga.preset=published"}),
             config::SaveYaml(vision::RmGaOptions::Published()));
-  EXPECT_EQ(estimator({"estimator.population=80", "estimator.preset=published"}),
+  EXPECT_EQ(estimator({"estimator.rm_ga.population=80", "estimator.rm_ga.preset=published"}),
             config::SaveYaml(vision::RmGaOptions::Published()));
   vision::RmGaOptions changed = vision::RmGaOptions::Published();
   changed.population = 80;
-  EXPECT_EQ(estimator({"estimator.preset=published", "estimator.population=80"}),
+  EXPECT_EQ(estimator({"estimator.rm_ga.preset=published", "estimator.rm_ga.population=80"}),
             config::SaveYaml(changed));
 }
 
@@ -85,18 +85,18 @@ TEST(OpticsPreset, SetsTheOtherKeysWhereItIsGiven) {
   const auto sensor = [](const std::vector<std::string>& assignments) {
     return LoadScenario("pool_passive", assignments).sensor;
   };
-  EXPECT_EQ(config::SaveYaml(sensor({"optics=modern_digital"})),
+  EXPECT_EQ(config::SaveYaml(sensor({"cameras.optics=modern_digital"})),
             config::SaveYaml(camera::SensorParams{}));
-  EXPECT_EQ(config::SaveYaml(LoadScenario("pool_passive", {"optics=modern_digital"}).hue),
+  EXPECT_EQ(config::SaveYaml(LoadScenario("pool_passive", {"cameras.optics=modern_digital"}).hue),
             config::SaveYaml(vision::HueParams{}));
-  EXPECT_EQ(config::SaveYaml(sensor({})), config::SaveYaml(sensor({"optics=published"})));
-  camera::SensorParams changed = sensor({"optics=published"});
+  EXPECT_EQ(config::SaveYaml(sensor({})), config::SaveYaml(sensor({"cameras.optics=published"})));
+  camera::SensorParams changed = sensor({"cameras.optics=published"});
   EXPECT_GT(changed.chroma_blur_px, 0);
   EXPECT_EQ(changed.transfer, camera::TransferCurve::kLinear);
-  EXPECT_EQ(config::SaveYaml(sensor({"sensor.gain=3", "optics=published"})),
+  EXPECT_EQ(config::SaveYaml(sensor({"cameras.sensor.gain=3", "cameras.optics=published"})),
             config::SaveYaml(changed));
   changed.gain = 3;
-  EXPECT_EQ(config::SaveYaml(sensor({"optics=published", "sensor.gain=3"})),
+  EXPECT_EQ(config::SaveYaml(sensor({"cameras.optics=published", "cameras.sensor.gain=3"})),
             config::SaveYaml(changed));
 }
 
@@ -104,18 +104,20 @@ TEST(OpticsPreset, IsFoundInWhicheverLayerNamesIt) {
   const auto folder = std::filesystem::temp_directory_path();
   const auto file = (folder / "turbidock_optics.yaml").string();
   const auto gains = (folder / "turbidock_optics_gains.yaml").string();
-  std::ofstream(file) << "schema_version: 1\nseed: 1\nduration_s: 1\nmodel: pool_passive.xml\n"
-                         "sensor: {gain: 3}\noptics: published\n";
-  std::ofstream(gains) << "optics: modern_digital\n";
+  std::ofstream(file) << "schema_version: 1\n"
+                         "trial: {seed: 1, duration_s: 1, scene: pool_passive.xml}\n"
+                         "cameras: {sensor: {gain: 3}, optics: published}\n";
+  std::ofstream(gains) << "cameras: {optics: modern_digital}\n";
   const auto sensor = [&](const std::string& gains_file, const char* assignment) {
     return LoadScenario(file, {assignment}, gains_file).sensor;
   };
-  EXPECT_GT(sensor("", "seed=2").chroma_blur_px, 0);
-  EXPECT_EQ(sensor("", "seed=2").gain, 3);  // a preset comes before the other keys of its file
-  EXPECT_EQ(sensor(gains, "seed=2").chroma_blur_px, 0);
-  EXPECT_EQ(sensor(gains, "seed=2").gain, camera::SensorParams().gain);
-  EXPECT_GT(sensor(gains, "optics=published").chroma_blur_px, 0);
-  EXPECT_EQ(sensor(gains, "optics=published").gain, 27);
+  EXPECT_GT(sensor("", "trial.seed=2").chroma_blur_px, 0);
+  EXPECT_EQ(sensor("", "trial.seed=2").gain,
+            3);  // a preset comes before the other keys of its file
+  EXPECT_EQ(sensor(gains, "trial.seed=2").chroma_blur_px, 0);
+  EXPECT_EQ(sensor(gains, "trial.seed=2").gain, camera::SensorParams().gain);
+  EXPECT_GT(sensor(gains, "cameras.optics=published").chroma_blur_px, 0);
+  EXPECT_EQ(sensor(gains, "cameras.optics=published").gain, 27);
   std::filesystem::remove(file);
   std::filesystem::remove(gains);
 }
@@ -169,9 +171,9 @@ TEST(KnownVehicle, IsNotTheOneInTheWater) {
   EXPECT_EQ(known.inertia, nominal.inertia);
   EXPECT_EQ(known.thrusters[1].effectiveness, 1);
   EXPECT_EQ(known.thrusters[0].curve.FullForward(), 4.9);
-  const control::VehicleModel told = ModelOf(
-      LoadScenario("sea_night_active", {"known_vehicle.rigid_body.mass_kg=20",
-                                        "known_vehicle.thrusters.effectiveness=[1, 0, 1, 1]"}));
+  const control::VehicleModel told = ModelOf(LoadScenario(
+      "sea_night_active", {"control.known_vehicle.rigid_body.mass_kg=20",
+                           "control.known_vehicle.thrusters.effectiveness=[1, 0, 1, 1]"}));
   EXPECT_NEAR(told.inertia[control::kSurge], nominal.inertia[control::kSurge] + 5, 1e-12);
   EXPECT_EQ(told.thrusters[1].effectiveness, 0);
 }
@@ -240,7 +242,7 @@ TEST(Milk, IsAsClearAsTheGlossarySays) {
 TEST(StartPose, IsWithinItsBoundsForEverySeed) {
   for (int seed = 0; seed < 200; ++seed) {
     const char* name = seed % 2 ? "sea_night_active" : "paper_sea_night_active";
-    const Scenario scenario = LoadScenario(name, {"seed=" + std::to_string(seed)});
+    const Scenario scenario = LoadScenario(name, {"trial.seed=" + std::to_string(seed)});
     const Pose X_MH = StartPose(scenario);
     EXPECT_GE(-X_MH.p.x(), scenario.start.distance_min_m);
     EXPECT_LE(-X_MH.p.x(), scenario.start.distance_max_m);

@@ -42,7 +42,7 @@ class OwnMarker : public testing::OwnFolder {
     const std::string from = "marker_active.xml";
     scene.replace(scene.find(from), from.size(), "marker.xml");
     std::ofstream(folder_ / "scene.xml") << scene;
-    assignments.push_back("model=" + (folder_ / "scene.xml").string());
+    assignments.push_back("trial.scene=" + (folder_ / "scene.xml").string());
     return LoadScenario("pool_active", assignments);
   }
   static std::string Ball(const std::string& name, const std::string& pos,
@@ -74,7 +74,7 @@ TEST_F(OwnMarker, IsKnownAsTheSceneHasIt) {
 
 TEST_F(OwnMarker, IsNotTakenWhereTheScenarioGivesOne) {
   const std::string given = "marker.balls=[{name: green, p_MQ_m: [-0.07, 0, 0]}]";
-  const Scenario scenario = Load(three_, {given, "duration_s=0.03"});
+  const Scenario scenario = Load(three_, {given, "trial.duration_s=0.03"});
   ASSERT_EQ(scenario.marker.balls.size(), 1u);
   EXPECT_EQ(scenario.marker.balls[0].p_MQ_m.x(), -0.07);
   EXPECT_THAT(MessageOf([&] { RunTrial(scenario); }),
@@ -85,7 +85,7 @@ TEST_F(OwnMarker, NeedsBallsThatCanBeToldApart) {
   EXPECT_THAT(MessageOf([&] {
                 Load(Ball("red", "0 0 0.065", "1 0 0") + Ball("crimson", "0 0.065 0", "1 0 0.1"));
               }),
-              HasSubstr("ball_lights.balls: has no light for crimson, which is known by its "
+              HasSubstr("lights.marker.balls: has no light for crimson, which is known by its "
                         "paint: balls red and crimson cannot be told apart: their hues "
                         "differ by 6°"));
   EXPECT_THAT(MessageOf([&] { Load(Ball("pale", "0 0 0.065", "0.5 0.5 0.5")); }),
@@ -95,18 +95,18 @@ TEST_F(OwnMarker, NeedsBallsThatCanBeToldApart) {
 // A plan sets its trials' values over a scenario that is loaded already, --set while one is loaded.
 TEST_F(OwnMarker, IsTheSameHoweverTheStepsAreDivided) {
   Load(three_);  // writes the files
-  const std::string own = "model=" + (folder_ / "scene.xml").string();
+  const std::string own = "trial.scene=" + (folder_ / "scene.xml").string();
   const std::vector<std::string> steps = {own,
-                                          "model=pool_active.xml",
-                                          "marker_from_scene=true",
-                                          "marker_from_scene=false",
+                                          "trial.scene=pool_active.xml",
+                                          "marker.from_scene=true",
+                                          "marker.from_scene=false",
                                           "marker.balls[0].radius_m=0.021",
                                           "marker.balls=[{name: green, p_MQ_m: [-0.07, 0, 0]}]",
                                           "marker.box_m=[0.11, 0.1, 0.09]",
                                           "marker={box_m: [0.12, 0.1, 0.09]}",
-                                          "ball_lights.enabled=false",
-                                          "ball_lights.balls[2].color=[0.05, 0.2, 1]",
-                                          "optics=published"};
+                                          "lights.marker.enabled=false",
+                                          "lights.marker.balls[2].color=[0.05, 0.2, 1]",
+                                          "cameras.optics=published"};
   Rng rng = SeedTree(3).Stream("steps");
   int compared = 0;
   for (int draw = 0; draw < 300; ++draw) {
@@ -132,7 +132,7 @@ TEST_F(OwnMarker, IsTheSameHoweverTheStepsAreDivided) {
 TEST_F(OwnMarker, IsWhatIsGivenOverWhatIsTaken) {
   const Scenario bundled = LoadScenario("pool_active", {});
   const Scenario smaller = Load(three_, {});
-  const std::string own = "model=" + (folder_ / "scene.xml").string();
+  const std::string own = "trial.scene=" + (folder_ / "scene.xml").string();
   const auto load = [&](const std::vector<std::string>& more) {
     std::vector<std::string> all = {own};
     all.insert(all.end(), more.begin(), more.end());
@@ -145,8 +145,8 @@ TEST_F(OwnMarker, IsWhatIsGivenOverWhatIsTaken) {
   const Scenario box = load({"marker.box_m=[0.11, 0.1, 0.09]"});
   EXPECT_EQ(box.marker.box_m.x(), 0.11);
   EXPECT_EQ(box.marker.balls.size(), 3u);
-  EXPECT_EQ(SaveScenario(load({"model=pool_active.xml"})), SaveScenario(bundled));
-  EXPECT_EQ(load({"marker_from_scene=false"}).marker.balls[1].name, bundled.marker.balls[1].name);
+  EXPECT_EQ(SaveScenario(load({"trial.scene=pool_active.xml"})), SaveScenario(bundled));
+  EXPECT_EQ(load({"marker.from_scene=false"}).marker.balls[1].name, bundled.marker.balls[1].name);
   // A resolved scenario with a ball that was edited.
   std::string text = SaveScenario(smaller);
   const size_t at = text.find("radius_m: 0.025");
@@ -159,7 +159,7 @@ TEST_F(OwnMarker, IsWhatIsGivenOverWhatIsTaken) {
 
 // An own scene with an own vehicle and its data beside it does not fly with the bundled data.
 TEST_F(OwnMarker, AndItsVehicleHaveTheirOwnData) {
-  const std::string own = "model=" + (folder_ / "scene.xml").string();
+  const std::string own = "trial.scene=" + (folder_ / "scene.xml").string();
   Load(three_);
   fs::copy_file(config::ModelPath("vehicle.xml"), folder_ / "vehicle.xml");
   EXPECT_EQ(MessageOf([&] { LoadScenario("pool_active", {own}); }), "no error");
@@ -172,17 +172,17 @@ TEST_F(OwnMarker, AndItsVehicleHaveTheirOwnData) {
   EXPECT_THAT(
       MessageOf([&] { LoadScenario("pool_active", {own}); }),
       HasSubstr(
-          "has a vehicle.xml beside it with data of its own: say vehicle_model: ./vehicle.xml"));
+          "has a vehicle.xml beside it with data of its own: say vehicle.model: ./vehicle.xml"));
   const Scenario named =
-      LoadScenario("pool_active", {own, "vehicle_model=" + (folder_ / "vehicle.xml").string()});
+      LoadScenario("pool_active", {own, "vehicle.model=" + (folder_ / "vehicle.xml").string()});
   for (const ModelFile& file : ModelFilesOf(named))
     EXPECT_TRUE(file.file != "vehicle.xml" && file.file != "vehicle.yaml") << file.file;
 }
 
 TEST(SceneTags, AreTakenAndMustBeThere) {
-  const std::vector<std::string> reads = {"pose_estimator=fiducial", "duration_s=0.03"};
+  const std::vector<std::string> reads = {"estimator.use=fiducial", "trial.duration_s=0.03"};
   EXPECT_THAT(MessageOf([&] { LoadScenario("sea_night_passive", reads); }),
-              HasSubstr("fiducial.tags: there is no tag to read in sea_passive.xml"));
+              HasSubstr("estimator.fiducial.tags: there is no tag to read in sea_passive.xml"));
   const auto tags_of = [](auto& of) -> auto& {
     return of.plugins.template ParamsOf<vision::FiducialParams>().tags;
   };

@@ -15,7 +15,7 @@
 namespace turbidock::trial {
 namespace {
 
-const std::vector<std::string> kShort = {"duration_s=1.5", "seed=11"};
+const std::vector<std::string> kShort = {"trial.duration_s=1.5", "trial.seed=11"};
 
 std::string DigestOf(const Scenario& scenario, const TrialOptions& options = {}) {
   return RunTrial(scenario, options).digest;
@@ -35,24 +35,24 @@ TEST(TrialRepeat, SameSeedSameDigestAndObserversDoNotDisturb) {
 
 TEST(TrialRepeat, TheDigestSeesTheSeedAndEveryStageOfTheLoop) {
   const std::string digest = DigestOf(LoadScenario("sea_night_active", kShort));
-  for (const std::string change : {"seed=12",
+  for (const std::string change : {"trial.seed=12",
                                    "vehicle.rigid_body.mass_kg=15.001",
                                    "sea.current.gust_std_mps=0.011",
                                    "water.milk_ml_m3=5",
-                                   "sensor.read_noise_electrons=5.5",
-                                   "hue.window_rad=0.05",
-                                   "estimator.population=61",
-                                   "camera_delay_frames=2",
-                                   "camera_drop_probability=0.2",
-                                   "optics=modern_digital",
-                                   "sensor.auto_level=0.0001",
-                                   "sensor.chroma_blur_px=2",
-                                   "sensor.white_balance=[1, 1, 0.5]",
-                                   "sensor.auto_white_balance_limit=2",
-                                   "lens.k1=-0.05",
-                                   "snow.particles_per_m3=20000",
-                                   "lqg.sway.effort_share=0.5",
-                                   "known_vehicle.thrusters.dead_band_volts=0.2",
+                                   "cameras.sensor.read_noise_electrons=5.5",
+                                   "estimator.hue.window_rad=0.05",
+                                   "estimator.rm_ga.population=61",
+                                   "cameras.delay_frames=2",
+                                   "cameras.drop_probability=0.2",
+                                   "cameras.optics=modern_digital",
+                                   "cameras.sensor.auto_level=0.0001",
+                                   "cameras.sensor.chroma_blur_px=2",
+                                   "cameras.sensor.white_balance=[1, 1, 0.5]",
+                                   "cameras.sensor.auto_white_balance_limit=2",
+                                   "cameras.lens.k1=-0.05",
+                                   "water.snow.particles_per_m3=20000",
+                                   "control.lqg.sway.effort_share=0.5",
+                                   "control.known_vehicle.thrusters.dead_band_volts=0.2",
                                    "procedure.found_hold_s=0.6",
                                    "vehicle.thrusters.max_thrust_newton=6"}) {
     std::vector<std::string> assignments = kShort;
@@ -66,7 +66,7 @@ TEST(TrialRepeat, TheDigestSeesEstimatesThatDoNotMoveTheVehicle) {
   std::vector<std::string> drifting = kShort;
   drifting.push_back("vehicle.thrusters.effectiveness=[0, 0, 0, 0]");
   const TrialResult one = RunTrial(LoadScenario("sea_night_active", drifting));
-  drifting.push_back("estimator.population=61");
+  drifting.push_back("estimator.rm_ga.population=61");
   const TrialResult other = RunTrial(LoadScenario("sea_night_active", drifting));
   EXPECT_EQ(one.log.frames.back().true_X_WB.p, other.log.frames.back().true_X_WB.p);
   EXPECT_NE(one.digest, other.digest);

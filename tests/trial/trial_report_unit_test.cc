@@ -242,18 +242,18 @@ TEST(TrialReport, SettingsAreWhatDiffersAndNothingElse) {
     for (const auto& row : at->table->rows()) settings[row[0].text] = {row[1].text, row[2].text};
     return settings;
   };
-  Scenario scenario = LoadScenario("sea_night_active", {"pose_source=true_pose"});
+  Scenario scenario = LoadScenario("sea_night_active", {"estimator.pose_source=true_pose"});
   const auto before = rows(scenario);
-  EXPECT_EQ(before.at("pose_source").first, "true_pose");
-  EXPECT_EQ(before.at("pose_source").second, "cameras");
-  EXPECT_FALSE(before.contains("seed"));
-  EXPECT_FALSE(before.contains("vehicle_model")) << "as every scenario has it";
-  EXPECT_EQ(rows(LoadScenario("bluerov2_sea_night", {})).at("vehicle_model").first,
+  EXPECT_EQ(before.at("estimator.pose_source").first, "true_pose");
+  EXPECT_EQ(before.at("estimator.pose_source").second, "cameras");
+  EXPECT_FALSE(before.contains("trial.seed"));
+  EXPECT_FALSE(before.contains("vehicle.model")) << "as every scenario has it";
+  EXPECT_EQ(rows(LoadScenario("bluerov2_sea_night", {})).at("vehicle.model").first,
             "bluerov2_heavy.xml");
   scenario.plugins.ParamsOf<control::PidParams>().sway.kp_per_s2 += 1;
   const auto after = rows(scenario);
   EXPECT_EQ(after.size(), before.size() + 1);
-  EXPECT_TRUE(after.contains("pid.sway.kp_per_s2"));
+  EXPECT_TRUE(after.contains("control.pid.sway.kp_per_s2"));
 }
 
 TEST(TrialReport, ALogWithoutRowsIsSaid) {

@@ -22,7 +22,7 @@ void ExpectEnergyIsBalanced(const vehicle::EnergyBalance& energy) {
 }
 
 TEST(TrialScenario, DocksInTheNightSea) {
-  const TrialResult result = RunTrial(LoadScenario("sea_night_active", {"seed=3"}));
+  const TrialResult result = RunTrial(LoadScenario("sea_night_active", {"trial.seed=3"}));
   EXPECT_EQ(result.outcome, Outcome::kSuccess) << result.reason;
   EXPECT_TRUE(result.docked);
   EXPECT_TRUE(result.inserted);
@@ -47,8 +47,9 @@ TEST(TrialScenario, TheShippedLawDocksInWavesOfTwoToFourSeconds) {
   for (const std::string period_s : {"2", "3", "4"}) {
     const TrialResult result = RunTrial(LoadScenario(
         "sea_night_active",
-        {"seed=3", "pose_source=true_pose", "true_pose.noise=[0.001, 0.0003, 0.0003, 0.004]",
-         "duration_s=90", "sea.state=custom",
+        {"trial.seed=3", "estimator.pose_source=true_pose",
+         "estimator.true_pose.noise=[0.001, 0.0003, 0.0003, 0.004]", "trial.duration_s=90",
+         "sea.state=custom",
          "sea.waves=[{height_m: 0.15, period_s: " + period_s + ", direction_rad: 1.5708}]"}));
     EXPECT_EQ(result.outcome, Outcome::kSuccess) << period_s << " s: " << result.reason;
   }
@@ -59,9 +60,10 @@ TEST(TrialScenario, TheShippedLawDocksInWavesOfTwoToFourSeconds) {
 TEST(TrialScenario, ThePublishedLawDocksInTheNightSea) {
   std::vector<double> times_s;
   for (int seed = 1; seed <= 12; ++seed) {
-    const TrialResult result = RunTrial(LoadScenario(
-        "paper_sea_night_active", {"seed=" + std::to_string(seed), "pose_source=true_pose",
-                                   "true_pose.noise=[0.008, 0.003, 0.003, 0.02]"}));
+    const TrialResult result = RunTrial(
+        LoadScenario("paper_sea_night_active",
+                     {"trial.seed=" + std::to_string(seed), "estimator.pose_source=true_pose",
+                      "estimator.true_pose.noise=[0.008, 0.003, 0.003, 0.02]"}));
     EXPECT_EQ(result.outcome, Outcome::kSuccess) << seed << ": " << result.reason;
     times_s.push_back(result.time_s);
   }
@@ -69,7 +71,7 @@ TEST(TrialScenario, ThePublishedLawDocksInTheNightSea) {
   EXPECT_GT(times_s[6], 20);
   EXPECT_LT(times_s.back(), 50);
 
-  const TrialResult seen = RunTrial(LoadScenario("paper_sea_night_active", {"seed=1"}));
+  const TrialResult seen = RunTrial(LoadScenario("paper_sea_night_active", {"trial.seed=1"}));
   EXPECT_EQ(seen.outcome, Outcome::kSuccess) << seen.reason;
   EXPECT_LT(seen.time_s, 50);
   ExpectEnergyIsBalanced(seen.energy);
@@ -77,7 +79,7 @@ TEST(TrialScenario, ThePublishedLawDocksInTheNightSea) {
 
 TEST(TrialScenario, TimesOutInWaterTooTurbid) {
   const TrialResult result =
-      RunTrial(LoadScenario("pool_passive", {"water.milk_ml_m3=150", "duration_s=8"}));
+      RunTrial(LoadScenario("pool_passive", {"water.milk_ml_m3=150", "trial.duration_s=8"}));
   EXPECT_EQ(result.outcome, Outcome::kTimeout) << result.reason;
   EXPECT_FALSE(result.docked);
   EXPECT_FALSE(result.inserted);
@@ -102,9 +104,9 @@ TEST(TrialScenario, CollidesWhenACurrentDrivesItOntoTheStationWithoutThrusters) 
 
 TEST(TrialScenario, APoleThatSticksToTheRimIsJammed) {
   // 60 mm too high, where the rim is, and too rough to slide in.
-  const TrialResult result =
-      RunTrial(LoadScenario("pool_active", {"seed=3", "duration_s=12", "procedure.servo_z_m=-0.06",
-                                            "vehicle.contact.friction=2"}));
+  const TrialResult result = RunTrial(
+      LoadScenario("pool_active", {"trial.seed=3", "trial.duration_s=12",
+                                   "procedure.servo_z_m=-0.06", "vehicle.contact.friction=2"}));
   EXPECT_EQ(result.outcome, Outcome::kTimeout) << result.reason;
   EXPECT_FALSE(result.inserted);
   ASSERT_TRUE(result.first_dock_contact.has_value());
@@ -147,7 +149,7 @@ TEST(TrialScenario, PhysicsThatFailsIsAResult) {
   // A drag that no step of this length can follow.
   const TrialResult result = RunTrial(LoadScenario(
       "sea_night_active",
-      {"clock.ticks_per_frame=1", "vehicle.contact.time_constant_s=0.2",
+      {"trial.clock.ticks_per_frame=1", "vehicle.contact.time_constant_s=0.2",
        "sea.current.surface_velocity_mps=[5, 0, 0]",
        "vehicle.hydrodynamics.quadratic_damping_diagonal=[20000, 90, 70, 0.1, 0.15, 0.2]"}));
   EXPECT_EQ(result.outcome, Outcome::kDiverged) << result.reason;

@@ -18,9 +18,9 @@ namespace {
 
 TEST(World, EachEyeAndEachFrameHasNoiseOfItsOwn) {
   // The passive marker without lamps: both perception look into the dark and see their noise alone.
-  const Scenario scenario =
-      LoadScenario("pool_passive", {"lamps.enabled=false", "sensor.read_noise_electrons=50",
-                                    "rig.width_px=64", "rig.height_px=48"});
+  const Scenario scenario = LoadScenario(
+      "pool_passive", {"lights.lamps.enabled=false", "cameras.sensor.read_noise_electrons=50",
+                       "cameras.rig.width_px=64", "cameras.rig.height_px=48"});
   World world(scenario, {});
   Snapshot snapshot;
   world.Capture(&snapshot);
@@ -46,7 +46,8 @@ TEST(World, EachEyeAndEachFrameHasNoiseOfItsOwn) {
 TEST(World, TheVehicleStaysInTheOutsideView) {
   TrialOptions options;
   options.spectator = true;
-  World world(LoadScenario("pool_active", {"rig.width_px=64", "rig.height_px=48"}), options);
+  World world(LoadScenario("pool_active", {"cameras.rig.width_px=64", "cameras.rig.height_px=48"}),
+              options);
   // Far to the side the picture shows how the vehicle is turned.
   const auto seen_at = [&](double yaw_rad) {
     world.PlaceVehicle({FromYawPitchRoll(yaw_rad, 0, 0), {-1.5, 2.5, 0.3}});
@@ -61,10 +62,10 @@ TEST(World, TheVehicleStaysInTheOutsideView) {
 
 TEST(World, AFramesContactsAreTheStrongestOfItsTicks) {
   // Full ahead from half a metre, until the pole rattles in the dock.
-  const Scenario scenario =
-      LoadScenario("pool_active", {"pose_source=true_pose", "seed=3", "start.distance_min_m=0.6",
-                                   "start.distance_max_m=0.6", "start.lateral_m=0.02",
-                                   "start.vertical_m=0.02", "start.heading_rad=0.05"});
+  const Scenario scenario = LoadScenario(
+      "pool_active", {"estimator.pose_source=true_pose", "trial.seed=3", "start.distance_min_m=0.6",
+                      "start.distance_max_m=0.6", "start.lateral_m=0.02", "start.vertical_m=0.02",
+                      "start.heading_rad=0.05"});
   World world(scenario, {});
   const SeedTree seeds(static_cast<uint64_t>(scenario.seed));
   const vehicle::Scene scene = vehicle::LoadScene(SceneFilesOf(scenario), scenario.rig);

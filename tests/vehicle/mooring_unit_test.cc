@@ -50,7 +50,7 @@ Scene StationBeforeVehicle() {
 
 TEST(Mooring, SwingsNoFasterThanPhysicsFollow) {
   EXPECT_THAT(testing::MessageOf([] { WithParams({.natural_period_s = 1e-9}); }),
-              HasSubstr("mooring.natural_period_s: 1e-09 must be 0 or in [0.5, 600]"));
+              HasSubstr("station.mooring.natural_period_s: 1e-09 must be 0 or in [0.5, 600]"));
   EXPECT_EQ(testing::MessageOf([] { WithParams({.natural_period_s = 0.5}); }), "no error");
 }
 
@@ -121,9 +121,9 @@ TEST(MovingStation, NeedsItsJoints) {
     return "accepted";
   };
   EXPECT_EQ(refusal({}), "accepted");
-  EXPECT_THAT(refusal({.swing_x_m = 0.1}), HasSubstr("mooring.swing_x_m"));
+  EXPECT_THAT(refusal({.swing_x_m = 0.1}), HasSubstr("station.mooring.swing_x_m"));
   EXPECT_THAT(refusal({.swing_y_m = 0.1}), HasSubstr("mooring_y"));
-  EXPECT_THAT(refusal({.natural_period_s = 3}), HasSubstr("mooring.natural_period_s"));
+  EXPECT_THAT(refusal({.natural_period_s = 3}), HasSubstr("station.mooring.natural_period_s"));
   EXPECT_THAT(refusal({.weathervane_arm_m = 3}), HasSubstr("mooring_yaw"));
 }
 

@@ -128,7 +128,7 @@ TEST(LoadScene, PassesOnTheLineOfAnXmlError) {
 
 TEST(LoadScene, RefusesABadRig) {
   EXPECT_THAT(ErrorOf(WriteModel(kSmallest), RigParams{.baseline_m = -1}),
-              HasSubstr("rig.baseline_m"));
+              HasSubstr("cameras.rig.baseline_m"));
 }
 
 struct Breach {

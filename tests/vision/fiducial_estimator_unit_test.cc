@@ -156,14 +156,15 @@ TEST(FiducialEstimator, RefusesWhatCannotBe) {
     change(params);
     return testing::MessageOf([&] { FiducialEstimator(params, rig); });
   };
-  EXPECT_THAT(message([](auto& p) { p.tags.clear(); }), HasSubstr("fiducial.tags"));
+  EXPECT_THAT(message([](auto& p) { p.tags.clear(); }), HasSubstr("estimator.fiducial.tags"));
   EXPECT_THAT(message([](auto& p) { p.tags[1].id = 0; }),
-              HasSubstr("fiducial.tags[1].id: 0 is also that of tags[0]"));
+              HasSubstr("estimator.fiducial.tags[1].id: 0 is also that of tags[0]"));
   EXPECT_THAT(message([](auto& p) { p.tags[1].id = 30; }),
               HasSubstr("30 is not in family 16h5, which has 0 to 29"));
-  EXPECT_THAT(message([](auto& p) { p.tags[0].size_m = 0; }), HasSubstr("fiducial.tags[0].size_m"));
+  EXPECT_THAT(message([](auto& p) { p.tags[0].size_m = 0; }),
+              HasSubstr("estimator.fiducial.tags[0].size_m"));
   EXPECT_THAT(message([](auto& p) { p.tags[0].q_MT_wxyz *= 0.5; }),
-              HasSubstr("fiducial.tags[0].q_MT_wxyz: has length 0.5, must be 1"));
+              HasSubstr("estimator.fiducial.tags[0].q_MT_wxyz: has length 0.5, must be 1"));
   FiducialEstimator estimator(TwoTags(), rig);
   StereoImage small;
   small.left = small.right = Image3u8(64, 48);

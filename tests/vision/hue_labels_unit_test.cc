@@ -345,7 +345,7 @@ TEST(CheckHues, SaysByHowMuchTwoBallsDiffer) {
   hue.window_rad = units::RadFromDeg(89.9);
   EXPECT_EQ(testing::MessageOf([&] { CheckHues(marker, hue); }),
             "marker.balls: balls lime and fern cannot be told apart: their hues differ by 89°, "
-            "less than the 90 of hue.window_rad");
+            "less than the 90 of estimator.hue.window_rad");
 }
 
 }  // namespace

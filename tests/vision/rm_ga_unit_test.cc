@@ -81,13 +81,13 @@ TEST(RmGaOptions, PublishedPresetHasThePublishedNumbers) {
 TEST(RmGaOptions, RefusesWhatCannotWork) {
   RmGaOptions options;
   options.population = 2;
-  EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.population"));
+  EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.rm_ga.population"));
   options = {};
   options.local_mutation_rate = 1.1;
-  EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.local_mutation_rate"));
+  EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.rm_ga.local_mutation_rate"));
   options = {};
   options.range.x_min_m = 2;
-  EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.range.x_max_m"));
+  EXPECT_THAT(ProblemOf(options), HasSubstr("estimator.rm_ga.range.x_max_m"));
 }
 
 TEST(RmGa, RefusesImagesOfAnotherSize) {

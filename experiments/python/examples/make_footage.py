@@ -21,10 +21,10 @@ def encoder(file: Path, width: int, height: int, fps: float) -> "subprocess.Pope
 
 def make(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    scenario = turbidock.Scenario("sea_night_active", seed=1, settings={"duration_s": 2})
+    scenario = turbidock.Scenario("sea_night_active", seed=1, settings={"trial.duration_s": 2})
     with (turbidock.Trial(scenario, images=True) as trial, open(folder / "truth.csv", "w", newline="") as file):
         rig = trial.rig
-        films = [encoder(folder / f"{side}.mp4", rig.width, rig.height, scenario.clock.frames_per_second)
+        films = [encoder(folder / f"{side}.mp4", rig.width, rig.height, scenario.trial.clock.frames_per_second)
                  for side in ("left", "right")]
         truth = csv.writer(file)
         truth.writerow(["image_time_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"])

@@ -18,7 +18,7 @@ import turbidock
 from turbidock.docking_env import PolicyController
 
 SCENARIO = "sea_night_active"
-QUICK = {"pose_source": "true_pose", "duration_s": 60}
+QUICK = {"estimator.pose_source": "true_pose", "trial.duration_s": 60}
 GAMMA = 0.995
 
 

@@ -26,7 +26,7 @@ THEIRS = {
 }
 TYPES = {"/mocap": "geometry_msgs/msg/PoseStamped", "/thrusters": "std_msgs/msg/Float64MultiArray"}
 START_S = 1_700_000_000
-QUIET = {"pose_source": "true_pose"}
+QUIET = {"estimator.pose_source": "true_pose"}
 STILL = {"sea.state": "custom", "sea.jonswap.significant_height_m": 0, "sea.current.gust_std_mps": 0,
          "sea.current.surface_velocity_mps": [0, 0, 0], "sea.waves": []}
 
@@ -35,7 +35,7 @@ def fly(plan_file, bag, seed):
     """Writes a ROS 2 bag of the flight: commands as the vehicle records them, poses as motion capture stamps them, with its
     noise, 50 ms late and by a clock that gains 0.1 ms a second. Returns the thrusters' columns."""
     rows = turbidock.run(SCENARIO, seed=seed, motion=True, settings={
-        **QUIET, **STILL, **THEIRS, "controller": "playback", "playback.file": str(plan_file), "duration_s": 60,
+        **QUIET, **STILL, **THEIRS, "control.use": "playback", "control.playback.file": str(plan_file), "trial.duration_s": 60,
         "start.position_m": [-4, 0, -1.5]}).motion.iloc[::48]  # ten a second
     columns = [name for name in rows if name.endswith("_v")]
     rng = np.random.default_rng(seed)
@@ -76,10 +76,10 @@ def docked(settings, seeds, what):
 def tuned(settings, seeds):
     """Gains of pid, by a few trials each on the model that was found."""
     best, choice = None, {}
-    pid = turbidock.Scenario(SCENARIO)["pid"]
+    pid = turbidock.Scenario(SCENARIO)["control.pid"]
     for kp in (0.5, 1, 1.5):
         for kd in (0.7, 1, 1.4):
-            gains = {"controller": "pid"}
+            gains = {"control.use": "pid"}
             for axis in ("surge", "sway", "heave", "yaw"):
                 gains[f"pid.{axis}.kp_per_s2"] = kp * pid[axis]["kp_per_s2"]
                 gains[f"pid.{axis}.kd_per_s"] = kd * pid[axis]["kd_per_s"]
@@ -98,7 +98,7 @@ def main():
     given = parser.parse_args()
     seeds = range(1000, 1000 + given.seeds)
     poses = {} if given.cameras else QUIET
-    docked({**poses, "controller": "pid"}, seeds, "before, the law knows the data")
+    docked({**poses, "control.use": "pid"}, seeds, "before, the law knows the data")
     logs.motion.write_motion(identify.plan(SCENARIO, duration_s=60, pool_m=(6, 5, 3)), "plan.csv")
     thrusters = fly("plan.csv", "flight", 1)
     bag = logs.read_bag("flight", {"motion": {
@@ -108,8 +108,8 @@ def main():
     fit.save("theirs.yaml")
     # It is motion capture that is late here, not the thrusters.
     found = {key: value for key, value in fit.settings().items() if not key.endswith("dead_time_s")}
-    known = {key: value for key, value in found.items() if key.startswith("known_vehicle.")}
-    docked({**poses, **known, "controller": "pid"}, seeds, "the law knows the model found")
+    known = {key: value for key, value in found.items() if key.startswith("control.known_vehicle.")}
+    docked({**poses, **known, "control.use": "pid"}, seeds, "the law knows the model found")
     gains = tuned(found, range(3))
     docked({**poses, **known, **gains}, seeds, "and its gains are tuned on it")
 

@@ -97,13 +97,13 @@ class DockingEnv(gymnasium.Env):
             raise ValueError(f"render_mode: {render_mode!r} must be None or 'rgb_array'")
         self.render_mode = render_mode
         self._frames_per_action = frames_per_action
-        if "seed" in {*(settings or {}), *(random or {})}:
+        if "trial.seed" in {*(settings or {}), *(random or {})}:
             raise ValueError("seed: reset(seed=...) gives the episodes theirs")
         self._scenario = Scenario(scenario, settings=settings)
         self._random = {key: as_yaml(value) for key, value in (random or {}).items()}
         self._draw(0, {})  # mistakes are best told here
         self.metadata = {**self.metadata, "render_fps":
-                         self._scenario["clock.frames_per_second"] / frames_per_action}
+                         self._scenario["trial.clock.frames_per_second"] / frames_per_action}
         self._draws = "images" in self._observe or render_mode is not None
         self._trial: Trial | None = None
         self._last_true: tuple[float, np.ndarray] | None = None
@@ -113,7 +113,7 @@ class DockingEnv(gymnasium.Env):
         shapes: dict[str, spaces.Space[Any]] = {
             what: spaces.Box(-_LIMIT, _LIMIT, (12,), np.float32) for what in ("estimate", "truth")}
         shapes["images"] = spaces.Box(
-            0, 255, (2, self._scenario["rig.height_px"], self._scenario["rig.width_px"], 3),
+            0, 255, (2, self._scenario["cameras.rig.height_px"], self._scenario["cameras.rig.width_px"], 3),
             np.uint8)
         chosen = {what: shapes[what] for what in self._observe}
         self.observation_space = (spaces.Dict(chosen) if len(chosen) > 1

@@ -11,7 +11,7 @@ A position and a quaternion (w, x, y, z) are a pose: p_H = rotation(quaternion) 
 z, counter-clockwise seen from above. Pixels are (u, v), u to the right, v down; (0, 0) is the centre of the first pixel.
 
 A frame has two moments. `time_s`, `true_position`, `vehicle_position` and what is steered are of now; `images` and the estimate
-are of `image_time_s`, which is `camera_delay_frames` earlier. An estimate is compared with the truth of its image:
+are of `image_time_s`, which is `cameras.delay_frames` earlier. An estimate is compared with the truth of its image:
 
     error = frame.estimated_position - frame.true_position_at_image
 

@@ -155,7 +155,7 @@ def chosen(controller: type | str | None, estimator: type | str | None, plugins:
            ) -> tuple[list[type], list[str]]:
     """All classes, with these two, and the assignments that choose them."""
     classes, assignments = list(plugins), []
-    for choice, key in ((controller, "controller"), (estimator, "pose_estimator")):
+    for choice, key in ((controller, "control.use"), (estimator, "estimator.use")):
         if choice is not None and not isinstance(choice, str) and choice not in classes:
             classes.append(choice)
         if choice is not None:

@@ -147,7 +147,7 @@ class Scenario(Group, ScenarioKeys):
         return _core.ControllerAlone(self._cpp)
 
     def __repr__(self) -> str:
-        return f"<Scenario {self['description']!r}, seed {self['seed']}>"
+        return f"<Scenario {self['description']!r}, seed {self['trial.seed']}>"
 
 
 def scenario_of(scenario: Scenario | Path, *, seed: int | None = None, settings: Settings = None,
@@ -166,9 +166,9 @@ def _with_seed(seed: int | None, settings: Settings) -> list[str]:
     assignments = assignments_of(settings)
     if seed is None:
         return assignments
-    if any(given.startswith("seed=") for given in assignments):
+    if any(given.startswith("trial.seed=") for given in assignments):
         raise _core.ConfigError("seed: is given by itself and in settings: give one of them")
-    return [*assignments, f"seed={seed}"]
+    return [*assignments, f"trial.seed={seed}"]
 
 
 def keys(plugins: Iterable[type] = ()) -> pandas.DataFrame:

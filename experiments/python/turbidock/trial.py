@@ -63,7 +63,7 @@ class Trial(_core.Trial):
             self._by_hand = hand = _Hand()
             hand.asks_for = "forces" if steered is True else steered
             made._cpp.plugins.add_controller("steered", lambda: hand, [], hand.asks_for, True, False, True, False, True, "")
-            made["controller"] = "steered"
+            made["control.use"] = "steered"
         super().__init__(made._cpp, images)
         self._scenario = made
         self._result: Result | None = None
@@ -144,7 +144,7 @@ class Trial(_core.Trial):
 
     def save_video(self, file: Path, step: Callable[[], Any] | None = None) -> None:
         """Lets the trial go on to its end, by `step` or else by itself, and films `overlay` of each frame (by ffmpeg)."""
-        fps = self._scenario["clock.frames_per_second"]
+        fps = self._scenario["trial.clock.frames_per_second"]
         size = f"{2 * self.rig.width}x{self.rig.height}"
         command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", str(fps),
                    "-i", "-", "-pix_fmt", "yuv420p", os.fspath(file)]

@@ -140,7 +140,8 @@ Times MedianTimes(const Repeats& repeats) {
 BenchResult RunBench(const trial::Scenario& scenario, const BenchOptions& options) {
   trial::Scenario limited = scenario;
   const double duration_s = std::min(limited.duration_s, limited.clock.TimeOfFrame(options.frames));
-  trial::Resolve({config::ParseAssignment("duration_s=" + FormatNumber(duration_s))}, &limited);
+  trial::Resolve({config::ParseAssignment("trial.duration_s=" + FormatNumber(duration_s))},
+                 &limited);
   BareRenderer bare(limited);
   BenchResult result{.scenario = scenario.description, .renderer = bare.description()};
   for (int repeat = 0; repeat < options.repeats; ++repeat) {

@@ -37,8 +37,8 @@ constexpr std::pair<const char*, const char*> kFunctions[] = {
 // Light from the balls with the region of interest and without, and light from the lamps.
 const std::map<std::string, std::vector<std::string>> kRuns = {
     {"active, region", {"sea_night_active"}},
-    {"active, whole", {"sea_night_active", "--set", "region_of_interest=false"}},
-    {"passive, whole", {"paper_sea_night_passive", "--set", "region_of_interest=false"}}};
+    {"active, whole", {"sea_night_active", "--set", "trial.region_of_interest=false"}},
+    {"passive, whole", {"paper_sea_night_passive", "--set", "trial.region_of_interest=false"}}};
 
 // What is counted, after the column's name.
 const std::map<std::string, Weights> kInstructions = {{"", {{"Ir", 1}}}};
@@ -99,7 +99,7 @@ std::string CountTrial(const std::vector<std::string>& run, bool traffic) {
   command.insert(command.end(), run.begin(), run.end());
   for (const std::string& argument :
        {std::string("--quiet"), std::string("--seed"), std::string("5"), std::string("--set"),
-        fmt::format("duration_s={}", kDuration_s)})
+        fmt::format("trial.duration_s={}", kDuration_s)})
     command.push_back(argument);
   system::Subprocess(command, "valgrind").Finish();
   // part.N ends at the N-th call; what comes after the last one is in `part`

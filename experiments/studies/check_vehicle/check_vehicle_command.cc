@@ -120,7 +120,7 @@ bool Convert(const std::string& urdf, const fs::path& mjcf) {
 
 // A file's name is any text: as JSON it is the same in YAML.
 std::string VehicleModel(const std::string& file) {
-  return "vehicle_model=" + report::JsonLine(report::Json(file));
+  return "vehicle.model=" + report::JsonLine(report::Json(file));
 }
 
 int Check(const CheckArguments& arguments) {

@@ -242,7 +242,7 @@ void Add(const trial::Scenario& scenario, const batch::TrialSpec& spec,
 void RequireLabels(const trial::Scenario& scenario, const batch::TrialSpec& spec,
                    const std::string& marker) {
   if (scenario.lens.k1 != 0 || scenario.lens.k2 != 0)
-    throw ConfigError("lens", "must be 0: labels are those of pinhole cameras");
+    throw ConfigError("cameras.lens", "must be 0: labels are those of pinhole cameras");
   if (config::SaveYaml(scenario.marker) != marker)
     throw ConfigError(
         fmt::format("marker: that of trial {} is another one than that of trial 0; a "

@@ -94,7 +94,7 @@ EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& 
   if (summary.range_seen == 0)
     throw ConfigError(fmt::format(
         "{}: both cameras see no part of where the marker is looked for, {} to {} m ahead; the "
-        "baseline is {:.3g} m: T must be in metres (or set estimator.range)",
+        "baseline is {:.3g} m: T must be in metres (or set estimator.rm_ga.range)",
         fmt::join(rig_files, ", "), settings.estimator.range.x_min_m,
         settings.estimator.range.x_max_m, summary.baseline_m));
   Stereo<std::optional<vision::Undistorter>> undistorters;

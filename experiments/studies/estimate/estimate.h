@@ -27,8 +27,8 @@ struct EstimateSettings {
 
   static void Fields(auto& self, auto&& field) {
     field("marker", self.marker, Finite(), "the marker");
-    field("hue", self.hue, Finite(), "which pixels agree with a ball");
-    field("estimator", self.estimator, Finite(), "the pose search");
+    field("estimator.hue", self.hue, Finite(), "which pixels agree with a ball");
+    field("estimator.rm_ga", self.estimator, Finite(), "the pose search");
   }
 };
 

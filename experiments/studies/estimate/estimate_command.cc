@@ -81,7 +81,7 @@ void AddEstimate(command::CommandLine& line) {
       .Positive();
   estimate.Add("--seed", input.seed, "Root of all randomness");
   estimate.AddSet(arguments.assignments,
-                  "Set one key of marker, hue or estimator, such as estimator.range.x_max_m=3");
+                  "Set one key of marker or estimator, such as estimator.rm_ga.range.x_max_m=3");
   estimate.Add(
       "--overlay", arguments.overlay,
       "Draw the estimate on the images: FILE.mp4, or FILE.png of the last frame, which the "

@@ -83,7 +83,8 @@ void RunTrials(const GateArguments& arguments, const Gate& gate, const system::O
 
 // Whose baseline it is may be said beside the gate's file; the rest would be in neither file.
 void RequireOnlyPlugins(const GateArguments& arguments) {
-  constexpr std::array<std::string_view, 3> kKeys = {"controller", "pose_estimator", "pose_source"};
+  constexpr std::array<std::string_view, 3> kKeys = {"control.use", "estimator.use",
+                                                     "estimator.pose_source"};
   for (const std::string& each : arguments.assignments)
     if (std::ranges::count(kKeys, each.substr(0, each.find('='))) == 0)
       throw ConfigError(fmt::format("--set {}: with --update it must be one of {}; {} has the rest",

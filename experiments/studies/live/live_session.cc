@@ -112,7 +112,7 @@ report::Json ControlsModel(const trial::Scenario& settings) {
   const std::vector<std::string> off_on = {"false", "true"};
   std::vector<std::string> controllers = settings.plugins.controllers();
   std::erase_if(controllers,
-                [&](const auto& name) { return !IsAllowed(settings, "controller", name); });
+                [&](const auto& name) { return !IsAllowed(settings, "control.use", name); });
   Controls controls{settings};
   controls.Slide("water", "water.milk_ml_m3", "milk", "ml/m³", 0, 120);
   for (const auto& [axis, label] : {std::pair{"[0]", "current along"}, {"[1]", "current across"}})
@@ -121,12 +121,12 @@ report::Json ControlsModel(const trial::Scenario& settings) {
   controls.Slide("sea", "sea.current.gust_std_mps", "gusts", "m/s", 0, 0.1);
   controls.Choose("sea", "sea.state", "swell", NamesOf<vehicle::SeaState>());
   controls.Slide("sea", "sea.jonswap.significant_height_m", "irregular waves", "m", 0, 0.5);
-  controls.Choose("light", "lamps.enabled", "lamps", off_on);
-  controls.Slide("light", "lamps.intensity_w_sr", "lamps' intensity", "W/sr", 0, 0.2);
-  controls.Choose("light", "ball_lights.enabled", "marker's own light", off_on);
-  controls.Choose("control", "controller", "controller", controllers);
+  controls.Choose("light", "lights.lamps.enabled", "lamps", off_on);
+  controls.Slide("light", "lights.lamps.intensity_w_sr", "lamps' intensity", "W/sr", 0, 0.2);
+  controls.Choose("light", "lights.marker.enabled", "marker's own light", off_on);
+  controls.Choose("control", "control.use", "controller", controllers);
   // the gains of the controller, from a tenth to four times what they are
-  const std::string gains = settings.controller_name() + ".";
+  const std::string gains = "control." + settings.controller_name() + ".";
   for (const config::KeyDoc& doc : trial::ScenarioKeys(settings.plugins)) {
     if (!doc.key.starts_with(gains) || !report::NumberIn(doc.value)) continue;
     const double gain = Json::parse(config::ValueOf(settings, doc.key));
@@ -189,7 +189,7 @@ void LiveSession::Handle(const std::string& command) {
   } else if (verb == "restart") {
     trial::Scenario scenario = settings_;
     if (json.contains("seed"))
-      trial::Resolve({config::ParseAssignment("seed=" + ValueText(json["seed"]))}, &scenario);
+      trial::Resolve({config::ParseAssignment("trial.seed=" + ValueText(json["seed"]))}, &scenario);
     Restart(scenario);
   } else {
     Fail("\"do\" must be one of go, pause, step, speed, set, push, restart");

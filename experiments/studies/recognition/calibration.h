@@ -166,7 +166,7 @@ struct CalibrationOptions {
 };
 
 // The published optics (assets/optics.yaml) with these values instead of theirs, as YAML to take
-// their place. A key may be an element of a list that is there: "lamps.intensity_w_sr[0]".
+// their place. A key may be an element of a list that is there: "lights.lamps.intensity_w_sr[0]".
 std::string CalibratedYaml(const CalibrationPlan& plan, const std::vector<double>& values);
 
 // Searches from the plan's start values; the result is the same whoever evaluates, and after any

@@ -80,13 +80,14 @@ void SetFitness(std::vector<float> fitness, CellResult* result) {
 
 trial::Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::string>& assignments,
                                     const trial::Plugins& plugins) {
-  std::vector<std::string> all = {fmt::format("model=tank_{}.xml", NameOf(marker)),
-                                  "optics=published"};
+  std::vector<std::string> all = {fmt::format("trial.scene=tank_{}.xml", NameOf(marker)),
+                                  "cameras.optics=published"};
   all.insert(all.end(), assignments.begin(), assignments.end());
   const trial::Scenario scenario =
       trial::LoadScenario(fmt::format("pool_{}", NameOf(marker)), all, "", plugins);
   if (scenario.pose_source != trial::PoseSource::kCameras)
-    throw ConfigError("pose_source", "must be cameras: the marker is recognised in images");
+    throw ConfigError("estimator.pose_source",
+                      "must be cameras: the marker is recognised in images");
   return scenario;
 }
 
@@ -152,7 +153,8 @@ std::vector<CellResult> Recognize(const batch::Plan& plan, const RecognitionOpti
     const batch::TrialSpec spec = plan.Trial(trial);
     const trial::Scenario scenario = plan.ScenarioOf(spec);
     if (scenario.pose_source != trial::PoseSource::kCameras)
-      throw ConfigError("pose_source", "must be cameras: the marker is recognised in images");
+      throw ConfigError("estimator.pose_source",
+                        "must be cameras: the marker is recognised in images");
     report::Json input = time;
     input["scenario"] = trial::SaveScenario(scenario);
     inputs.push_back(report::JsonLine(input));

@@ -68,7 +68,7 @@ VideoComposer::VideoComposer(const trial::Scenario& scenario)
       title_(trial::TitleOf(scenario)),
       envelope_ratio_(scenario.marker.outer_ring_ratio),
       canvas_(kVideoWidth, kVideoHeight) {
-  const double duration_s = scenario.duration_s + scenario.docked_hold_s;
+  const double duration_s = scenario.duration_s + scenario.after_docked_s;
   for (size_t i = 0; i < std::size(kCharts); ++i)
     charts_.emplace_back(duration_s, kChartWidth, kChartHeight);
 }

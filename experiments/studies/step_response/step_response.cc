@@ -32,7 +32,7 @@ trial::Scenario AtTheServoingPose(trial::Scenario scenario) {
                                 "start.quaternion_wxyz=[]", "start.velocity_mps=[]",
                                 "start.turn_rate_rad_s=[]",
                                 "procedure.enter_hold_s=600",  // longer than any of these trials
-                                "procedure.found_hold_s=0.2", "true_pose.found_after_s=0",
+                                "procedure.found_hold_s=0.2", "estimator.true_pose.found_after_s=0",
                                 "sea=" + config::TextOf(trial::Scenario(), "sea")}),
       &scenario);
   return scenario;
@@ -41,7 +41,8 @@ trial::Scenario AtTheServoingPose(trial::Scenario scenario) {
 // The frames of a trial with the excitation.
 std::vector<trial::FrameRecord> Run(trial::Scenario scenario, Axis axis, double duration_s,
                                     const std::function<trial::TrialExcitation(int64_t)>& excite) {
-  trial::Resolve({config::ParseAssignment("duration_s=" + FormatNumber(duration_s))}, &scenario);
+  trial::Resolve({config::ParseAssignment("trial.duration_s=" + FormatNumber(duration_s))},
+                 &scenario);
   trial::TrialOptions options;
   options.excite = excite;
   trial::TrialResult result = trial::RunTrial(scenario, options);

@@ -20,7 +20,7 @@ struct StepArguments {
 };
 
 int Measure(const StepArguments& arguments) {
-  std::vector<std::string> assignments = {"pose_source=true_pose"};
+  std::vector<std::string> assignments = {"estimator.pose_source=true_pose"};
   assignments.insert(assignments.end(), arguments.assignments.begin(), arguments.assignments.end());
   const trial::Scenario scenario =
       trial::LoadScenario(arguments.scenario, assignments, arguments.gains, arguments.plugins);
@@ -50,8 +50,8 @@ void AddStepResponse(command::CommandLine& line) {
   step.Add("scenario", arguments.scenario,
            "YAML file or the name of a bundled scenario (see `turbidock list`)");
   step.AddSet(arguments.assignments,
-              "Set one key, such as controller=lqg; poses are true ones with noise and delay "
-              "unless\nit is pose_source=cameras");
+              "Set one key, such as control.use=lqg; poses are true ones with noise and delay "
+              "unless\nit is estimator.pose_source=cameras");
   step.AddGains(arguments.gains);
   step.Add("--axis", arguments.axis, "Which axis").OneOf({"all", "x", "y", "z", "yaw"});
   arguments.output.AddTo(&step, "Folder for the report: .json, .md, .html, step_response.png");

@@ -22,12 +22,16 @@ constexpr uint64_t kAnySet = 1;
 
 // Whether a trial's controller or estimator reads a key; of keys of neither, yes.
 bool IsRead(const std::string& key, const trial::Scenario& scenario) {
-  const std::string group = key.substr(0, key.find('.'));
   const trial::Plugins& plugins = scenario.plugins;
-  if (std::ranges::count(plugins.controllers(), group) > 0) return group == plugins.controller();
-  if (group == plugins.estimator_group())
-    return scenario.pose_source == trial::PoseSource::kCameras;
-  return std::ranges::count(plugins.estimators(), group) == 0;
+  const auto is_of = [&key](const char* group, const std::string& name) {
+    return key.starts_with(JoinKey(group, name) + ".");
+  };
+  for (const std::string& name : plugins.controllers())
+    if (is_of("control", name)) return name == plugins.controller();
+  for (const std::string& name : plugins.estimators())
+    if (is_of("estimator", name))
+      return name == plugins.estimator() && scenario.pose_source == trial::PoseSource::kCameras;
+  return true;
 }
 
 }  // namespace
@@ -160,7 +164,7 @@ trial::Scenario Study::ScenarioOf(const batch::Plan& plan, int64_t trial, const 
   std::vector<std::string> given;
   for (size_t i = 0; i < gains.size(); ++i)
     given.push_back(settings_.gains[i].key + "=" + FormatNumber(gains[i]));
-  if (cameras) given.emplace_back("pose_source=cameras");
+  if (cameras) given.emplace_back("estimator.pose_source=cameras");
   try {
     trial::Resolve(config::ParseAssignments(given), &scenario);
   } catch (const ConfigError& error) {

@@ -6,11 +6,11 @@
 //   schema_version: 1
 //   description: pid gains for the moderate sea
 //   scenario: sea_night_active
-//   set: {controller: pid, sea.state: moderate}
+//   set: {control.use: pid, sea.state: moderate}
 //   seeds: 12
 //   tuning:
 //     gains:                         # the search begins at the values that the trials have
-//       - {key: pid.sway.kp_per_s2, low: 0.2, high: 10, scale: log}
+//       - {key: control.pid.sway.kp_per_s2, low: 0.2, high: 10, scale: log}
 //     objective:                     # a trial costs the sum of weight * |metric|
 //       - {metric: time_s, weight: 1, failed: 60}
 //       - {metric: tracking_rms_m, weight: 500}
@@ -45,7 +45,7 @@ struct GainRange {
 
   static void Fields(auto& self, auto&& field) {
     field("key", self.key, Finite(),
-          "key of a number of the scenario that is tuned, such as pid.sway.kp_per_s2");
+          "key of a number of the scenario that is tuned, such as control.pid.sway.kp_per_s2");
     field("low", self.low, Finite(), "lower end of the tuned key's range [unit of the key]");
     field("high", self.high, Finite(), "upper end of the tuned key's range [unit of the key]");
     field("scale", self.scale, Finite(),

@@ -190,11 +190,11 @@ std::string GainsYaml(const Study& study, const TuningResult& result) {
   const trial::Scenario scenario = study.ScenarioOf(study.plan(), 0, result.tuned);
   YAML::Node gains(YAML::NodeType::Map);
   const std::string controller = scenario.controller_name();
-  gains["controller"] = controller;
-  gains[controller] = YAML::Load(trial::SaveScenario(scenario))[controller];
+  gains["control"]["use"] = controller;
+  gains["control"][controller] = YAML::Load(trial::SaveScenario(scenario))["control"][controller];
   for (size_t i = 0; i < result.tuned.size(); ++i) {
     const std::string& key = study.settings().gains[i].key;
-    if (key.starts_with(controller + ".")) continue;
+    if (key.starts_with("control." + controller + ".")) continue;
     YAML::Node at = gains;
     size_t begin = 0;
     for (size_t dot = 0; (dot = key.find('.', begin)) != std::string::npos; begin = dot + 1)

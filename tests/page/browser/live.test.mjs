@@ -98,7 +98,9 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
   await press(page.locator('.knob', {hasText: 'lamps'}).locator('input[type=checkbox]'));
   await page.locator('.knob', {hasText: 'controller'}).locator('select').selectOption('p_voltage');
   await until(page, () =>
-    [...document.querySelectorAll('.knob')].some(k => k.title === 'p_voltage.sway.kp_v_per_m'),
+    [...document.querySelectorAll('.knob')].some(
+      k => k.title === 'control.p_voltage.sway.kp_v_per_m',
+    ),
   );
   const labels = await page.locator('.knob > span').evaluateAll(list =>
     list.map(({innerText, scrollWidth, clientWidth}) => ({
@@ -113,7 +115,7 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
   await press(page.getByRole('button', {name: 'left', exact: true}));
   await until(page, rows => document.querySelectorAll(rows).length >= 5, kChanges);
   const changes = await page.locator(kChanges).allInnerTexts();
-  for (const key of ['water.milk_ml_m3', 'lamps.enabled', 'controller', 'push'])
+  for (const key of ['water.milk_ml_m3', 'lights.lamps.enabled', 'control.use', 'push'])
     assert.ok(
       changes.some(row => row.includes(key)),
       `${key} in ${changes}`,
@@ -147,8 +149,8 @@ test('pause, step, speed, sliders, push, restart, and what the record says', asy
     result.changes.slice(0, 3).map(c => [c.key, c.value]),
     [
       ['water.milk_ml_m3', '30'],
-      ['lamps.enabled', 'true'],
-      ['controller', 'p_voltage'],
+      ['lights.lamps.enabled', 'true'],
+      ['control.use', 'p_voltage'],
     ],
   );
   assert.deepEqual([...complaints, ...other.complaints], []);
@@ -196,7 +198,7 @@ test('a page that opens before the first frame has all its controls', async () =
 });
 
 test('a trial that has ended is shown again, and takes no hands', async () => {
-  const served = await view('pool_active', '--set', 'duration_s=10');
+  const served = await view('pool_active', '--set', 'trial.duration_s=10');
   const {page, complaints, close} = await open(served.url);
   await until(page, () => globalThis.turbidock?.status.ended);
   await until(page, () => document.querySelector('[aria-label="push the vehicle"]'));

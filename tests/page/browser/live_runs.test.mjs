@@ -29,8 +29,8 @@ test('a batch while it runs', async () => {
 description: 'a <b id="injected">batch</b>'
 scenario: sea_night_active
 seeds: 100
-set: {pose_source: true_pose, duration_s: 30}
-grid: {controller: [pid, lqg]}
+set: {estimator.pose_source: true_pose, trial.duration_s: 30}
+grid: {control.use: [pid, lqg]}
 `,
   );
   const batch = spawn(
@@ -76,10 +76,10 @@ test('a tuning study while it runs, then its report', async () => {
 description: 'sway <b id="injected">tried</b>'
 scenario: sea_night_active
 seeds: 6
-set: {pose_source: true_pose, controller: lqg, duration_s: 30}
+set: {estimator.pose_source: true_pose, control.use: lqg, trial.duration_s: 30}
 tuning:
   gains:
-    - {key: lqg.sway.effort_share, low: 0.09, high: 1.4, scale: log}
+    - {key: control.lqg.sway.effort_share, low: 0.09, high: 1.4, scale: log}
   objective:
     - {metric: time_s, weight: 1, failed: 60}
   optimiser: {population: 5, generations: 3}

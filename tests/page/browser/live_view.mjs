@@ -40,10 +40,10 @@ afterEach(async () => {
 export const kWaiting = [
   'pool_active',
   ...[
-    'duration_s=600',
+    'trial.duration_s=600',
     'procedure.found_hold_s=600',
     'procedure.search_yaw_v=0',
-    'docked_hold_s=60',
+    'trial.after_docked_s=60',
   ].flatMap(assignment => ['--set', assignment]),
 ];
 

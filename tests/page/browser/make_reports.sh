@@ -9,15 +9,11 @@ cd "$2"
 cat >short.yaml <<'END'
 schema_version: 1
 description: 'a <b id="injected">short</b> trial & more'
-seed: 1
-duration_s: 3.5
-model: pool_active.xml
-docked_hold_s: 0
-controller: pid
+trial: {scene: pool_active.xml, seed: 1, duration_s: 3.5, after_docked_s: 0}
 water: {background: pure, milk_ml_m3: 10}
-ball_lights: {enabled: true}
-lamps: {enabled: false}
-rig: {width_px: 320, height_px: 240}
+lights: {lamps: {enabled: false}, marker: {enabled: true}}
+cameras: {rig: {width_px: 320, height_px: 240}}
+control: {use: pid}
 start: {distance_min_m: 0.45, distance_max_m: 0.5, lateral_m: 0.02, vertical_m: 0.02, heading_rad: 0.02}
 procedure: {found_hold_s: 0.1, servo_x_m: 0.45, docking_rate_mps: 0.1}
 END
@@ -29,28 +25,28 @@ description: 'docking over current, <i>three</i> laws'
 scenario: sea_night_active
 seeds: 6
 series_every_frames: 6
-set: {pose_source: true_pose, duration_s: 30}
+set: {estimator.pose_source: true_pose, trial.duration_s: 30}
 grid:
   sea.current.surface_velocity_mps[1]: [0, 0.1, 0.2]
-  controller: [p_voltage, pid, lqg]
+  control.use: [p_voltage, pid, lqg]
 strata:
   near: {start.distance_min_m: 0.9, start.distance_max_m: 1.15}
   far: {start.distance_min_m: 1.15, start.distance_max_m: 1.4}
 random:
   start.heading_rad: {uniform: [0, 0.6]}
 END
-sed 's/controller: \[.*/controller: [pid, lqg]/; s/seeds: 6/seeds: 4/' plan.yaml >two.yaml
+sed 's/control.use: \[.*/control.use: [pid, lqg]/; s/seeds: 6/seeds: 4/' plan.yaml >two.yaml
 
 cat >study.yaml <<'END'
 schema_version: 1
 description: lqg sway, a try-out
 scenario: sea_night_active
 seeds: 3
-set: {pose_source: true_pose, controller: lqg, duration_s: 30}
+set: {estimator.pose_source: true_pose, control.use: lqg, trial.duration_s: 30}
 tuning:
   gains:
-    - {key: lqg.sway.effort_share, low: 0.09, high: 1.4, scale: log}
-    - {key: lqg.yaw.error_rad, low: 0.02, high: 0.3, scale: log}
+    - {key: control.lqg.sway.effort_share, low: 0.09, high: 1.4, scale: log}
+    - {key: control.lqg.yaw.error_rad, low: 0.02, high: 0.3, scale: log}
   objective:
     - {metric: time_s, weight: 1, failed: 60}
     - {metric: final_error_true_y_m, weight: 500}
@@ -62,12 +58,12 @@ END
 cat >cells.yaml <<'END'
 schema_version: 1
 description: both markers over milk and distance
-set: {optics: published, start: {lateral_m: 0, vertical_m: 0, heading_rad: 0}}
+set: {cameras.optics: published, start: {lateral_m: 0, vertical_m: 0, heading_rad: 0}}
 cases:
-  active 400 mm: {scenario: pool_active, model: tank_active.xml, start.distance_min_m: 0.4, start.distance_max_m: 0.4}
-  active 1000 mm: {scenario: pool_active, model: tank_active.xml, start.distance_min_m: 1, start.distance_max_m: 1}
-  passive 400 mm: {scenario: pool_passive, model: tank_passive.xml, start.distance_min_m: 0.4, start.distance_max_m: 0.4}
-  passive 1000 mm: {scenario: pool_passive, model: tank_passive.xml, start.distance_min_m: 1, start.distance_max_m: 1}
+  active 400 mm: {scenario: pool_active, trial.scene: tank_active.xml, start.distance_min_m: 0.4, start.distance_max_m: 0.4}
+  active 1000 mm: {scenario: pool_active, trial.scene: tank_active.xml, start.distance_min_m: 1, start.distance_max_m: 1}
+  passive 400 mm: {scenario: pool_passive, trial.scene: tank_passive.xml, start.distance_min_m: 0.4, start.distance_max_m: 0.4}
+  passive 1000 mm: {scenario: pool_passive, trial.scene: tank_passive.xml, start.distance_min_m: 1, start.distance_max_m: 1}
 grid: {water.milk_ml_m3: [0, 40, 120]}
 END
 
@@ -82,13 +78,13 @@ END
 
 "$program" run short.yaml --out trial --video --report --quiet
 # milk that nothing is seen through
-"$program" run short.yaml --out lost --seed 3 --set water.milk_ml_m3=400 --set duration_s=7 --video --quiet || [ $? = 1 ]
-"$program" run short.yaml --out still --set pose_source=true_pose --report --quiet
+"$program" run short.yaml --out lost --seed 3 --set water.milk_ml_m3=400 --set trial.duration_s=7 --video --quiet || [ $? = 1 ]
+"$program" run short.yaml --out still --set estimator.pose_source=true_pose --report --quiet
 "$program" batch plan.yaml --out batch.db --quiet
-"$program" status batch.db --by controller --json >batch_by_law.json
+"$program" status batch.db --by control.use --json >batch_by_law.json
 "$program" batch two.yaml --out a.db --quiet
-sed '/controller:/d; s/seeds: 6/seeds: 4/' plan.yaml >few.yaml
-"$program" batch few.yaml --out none.db --set duration_s=0.3 --quiet
+sed '/control.use:/d; s/seeds: 6/seeds: 4/' plan.yaml >few.yaml
+"$program" batch few.yaml --out none.db --set trial.duration_s=0.3 --quiet
 sed '/^grid:/,$d; s/seeds: 6/seeds: 1/' plan.yaml >single.yaml
 "$program" batch single.yaml --out single.db --quiet
 "$program" batch two.yaml --out b.db --set vehicle.rigid_body.mass_kg=17 --quiet
@@ -97,7 +93,7 @@ sed '/^grid:/,$d; s/seeds: 6/seeds: 1/' plan.yaml >single.yaml
 "$program" check-vehicle vehicle.xml --out vehicle >/dev/null
 "$program" gate gate.yaml --update --quiet
 # with a third of the time no trial docks any more
-"$program" gate gate.yaml --set duration_s=1.2 --bundles 2 --out gate --quiet || [ $? = 1 ]
+"$program" gate gate.yaml --set trial.duration_s=1.2 --bundles 2 --out gate --quiet || [ $? = 1 ]
 "$program" recognize cells.yaml --seconds 1 --json --figure recognition.png --quiet >recognition.json
 
 "$program" estimate --left "$footage/left.mp4" --right "$footage/right.mp4" --frames 20 --overlay frame.png --json \
@@ -110,7 +106,7 @@ sed '/^grid:/,$d; s/seeds: 6/seeds: 1/' plan.yaml >single.yaml
 "$program" report none.db --out none.html
 "$program" report single.db --out single.html
 "$program" report batch.db --out batch.html
-"$program" compare a.db b.db --by controller --out compare.html >compare.txt
+"$program" compare a.db b.db --by control.use --out compare.html >compare.txt
 "$program" report study --out tuning.html
 "$program" report steps/report.json --out steps.html
 "$program" report vehicle/report.json --out vehicle.html

@@ -206,7 +206,7 @@ test("a chart's intervals are the program's, over strata", async () => {
   assert.equal(groups.length, 3);
   const {page, close} = await open('batch', 1440);
   const charts = await page.evaluate(() => globalThis.turbidock.model.success);
-  const {across} = charts.axes.find(({key}) => key === 'controller');
+  const {across} = charts.axes.find(({key}) => key === 'control.use');
   const [{low, high}] = charts.panels['controller|'].series;
   for (const {group, wilson} of groups) {
     const k = across.names.indexOf(group.controller);

@@ -42,7 +42,7 @@ for _ in range(40):  # past the frames without control
     time.sleep(0.05)
 if 0 < lines() < 40:
     print("stepped", flush=True)
-values = [("water.milk_ml_m3", ParameterValue(type=3, double_value=20.0)), ("rig.width_px", ParameterValue(type=2, integer_value=9))]
+values = [("water.milk_ml_m3", ParameterValue(type=3, double_value=20.0)), ("cameras.rig.width_px", ParameterValue(type=2, integer_value=9))]
 call(SetParameters, "set_parameters", SetParameters.Request(parameters=[Parameter(name=n, value=v) for n, v in values]))
 call(Trigger, "step", Trigger.Request())
 pathlib.Path(sys.argv[1] + ".reset").touch()

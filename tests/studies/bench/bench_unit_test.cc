@@ -36,8 +36,8 @@ TEST(StageTimer, EveryLapCountsOnce) {
 }
 
 TEST(Bench, ATrialOfOneFrameIsRefused) {
-  const ProgramEnd end = RunProgram(
-      {"bench", "pool_active", "--frames", "2", "--repeats", "1", "--set", "duration_s=0.001"});
+  const ProgramEnd end = RunProgram({"bench", "pool_active", "--frames", "2", "--repeats", "1",
+                                     "--set", "trial.duration_s=0.001"});
   EXPECT_EQ(end.exit_code, 2);
   EXPECT_EQ(end.out, "");
   EXPECT_THAT(end.err, ::testing::HasSubstr("ends after 1 frame; timing it takes 2 at least"));
@@ -45,7 +45,8 @@ TEST(Bench, ATrialOfOneFrameIsRefused) {
 
 TEST(Bench, TimesTheTrialItself) {
   const trial::Scenario scenario = trial::LoadScenario(
-      "pool_passive", {"rig.width_px=160", "rig.height_px=120", "duration_s=3"});
+      "pool_passive",
+      {"cameras.rig.width_px=160", "cameras.rig.height_px=120", "trial.duration_s=3"});
   std::vector<int> done;
   BenchOptions options;
   options.frames = 40;
@@ -107,8 +108,8 @@ TEST(Bench, ResultsAreMediansOfRepeatsAndSumsOfBlocks) {
 
 TEST(BenchCommand, PrintsTheContractsKeys) {
   const ProgramEnd end =
-      RunProgram({"bench", "pool_active", "--set", "rig.width_px=160", "--set", "rig.height_px=120",
-                  "--frames", "31", "--repeats", "1", "--json"});
+      RunProgram({"bench", "pool_active", "--set", "cameras.rig.width_px=160", "--set",
+                  "cameras.rig.height_px=120", "--frames", "31", "--repeats", "1", "--json"});
   ASSERT_EQ(end.exit_code, 0) << end.err;
   const auto json = nlohmann::json::parse(end.out);
   for (const char* key : {"frame_ms", "bare_render_ms", "ratio_to_bare_render", "real_time_factor",

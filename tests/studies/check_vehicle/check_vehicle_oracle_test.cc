@@ -40,7 +40,7 @@ class EveryVehicle : public ::testing::TestWithParam<const char*> {
   }
 
   const trial::Scenario scenario_ =
-      trial::LoadScenario("sea_night_active", {std::string("vehicle_model=") + GetParam()});
+      trial::LoadScenario("sea_night_active", {std::string("vehicle.model=") + GetParam()});
   const vehicle::Scene scene_ = WithoutFloor(scenario_);
   const VehicleCheck check_ = CheckVehicle(scenario_);
 };

@@ -102,7 +102,7 @@ TEST(CheckVehicle, SaysInWordsWhatIsWrong) {
               Contains(HasSubstr("cannot hold its place")));
   EXPECT_THAT(Check({"procedure.docked_x_m=0.45"}).problems,
               Contains(HasSubstr("60 mm short of the straight hole")));
-  EXPECT_THAT(Check({"rig.horizontal_fov_rad=0.5"}).problems,
+  EXPECT_THAT(Check({"cameras.rig.horizontal_fov_rad=0.5"}).problems,
               Contains(HasSubstr("is not whole in it")));
   const std::string of_eight = "vehicle.thrusters.effectiveness=[1, 1, 1, 1, 1, 1, 1, 0]";
   EXPECT_THAT(CheckVehicle(trial::LoadScenario("bluerov2_sea_night", {of_eight})).warnings,
@@ -115,8 +115,8 @@ TEST(CheckVehicle, RefusesWhatIsNoVehicle) {
                         "thrusters have 4.9 N against that"));
   EXPECT_THAT(Refusal({"vehicle.thrusters.effectiveness=[1, 1]"}),
               HasSubstr("effectiveness: has 2 values, but there are 4 thrusters"));
-  EXPECT_THAT(Refusal({"vehicle_model=none.xml"}),
-              HasSubstr("vehicle_model = 'none.xml', is neither a file nor one of the bundled"));
+  EXPECT_THAT(Refusal({"vehicle.model=none.xml"}),
+              HasSubstr("vehicle.model = 'none.xml', is neither a file nor one of the bundled"));
 }
 
 // The published vehicle's files under another name, in a folder of their own.
@@ -185,7 +185,7 @@ TEST_F(CheckVehicleCommand, RunSaysWhatMakesAVehicleOfAUrdf) {
   const std::string file = (folder_ / "rov.urdf").string();
   std::ofstream(file) << "<robot/>";
   const testing::ProgramEnd end =
-      testing::RunProgram({"run", "pool_active", "--set", "vehicle_model=" + file});
+      testing::RunProgram({"run", "pool_active", "--set", "vehicle.model=" + file});
   EXPECT_EQ(end.exit_code, 2);
   EXPECT_THAT(end.err, HasSubstr("is a URDF; `turbidock check-vehicle FILE --mjcf NAME.xml`"));
 }

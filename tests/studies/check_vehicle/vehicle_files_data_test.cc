@@ -204,7 +204,7 @@ std::vector<Variant> OfVehicles() {
 
 Variant Station(const std::string& name, const Swaps& swaps,
                 const std::vector<std::string>& assignments = {}) {
-  std::vector<std::string> arguments = {"--set", "model=scene.xml"};
+  std::vector<std::string> arguments = {"--set", "trial.scene=scene.xml"};
   for (const std::string& assignment : assignments) {
     arguments.emplace_back("--set");
     arguments.push_back(assignment);
@@ -229,7 +229,7 @@ std::vector<Variant> OfStations() {
       Station("the same, procedure.servo_y_m=0.08, servo_z_m=0.04", off,
               {"procedure.servo_y_m=0.08", "procedure.servo_z_m=0.04"}),
       Station("a ball whose light is missing", colour),
-      Station("the same, without lights", colour, {"ball_lights.enabled=false"}),
+      Station("the same, without lights", colour, {"lights.marker.enabled=false"}),
   };
 }
 
@@ -247,7 +247,8 @@ std::string OutcomeOf(const Variant& variant, const std::filesystem::path& folde
       variant.file == "vehicle.xml" ? variant.file : (folder / variant.file).string(), "--json"};
   for (std::string argument : variant.arguments) {
     if (argument == "out.xml") argument = (folder / argument).string();
-    if (argument == "model=scene.xml") argument = "model=" + (folder / "scene.xml").string();
+    if (argument == "trial.scene=scene.xml")
+      argument = "trial.scene=" + (folder / "scene.xml").string();
     arguments.push_back(argument);
   }
   const testing::ProgramEnd end = testing::RunProgram(arguments);

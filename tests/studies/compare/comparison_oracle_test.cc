@@ -177,25 +177,25 @@ TEST_F(Comparison, AKeyThatOneSetVariesAndTheOtherSetsIsMatchedByItsValue) {
     }
     return testing::StoreOf(File(name), HeaderOf(plan, {}), trials);
   };
-  const batch::ResultStore both = store("both.db", "grid: {controller: [pid, lqg]}\n"),
-                           one = store("one.db", "set: {controller: lqg}\n"),
-                           none = store("none.db", "set: {controller: p_voltage}\n"),
+  const batch::ResultStore both = store("both.db", "grid: {control.use: [pid, lqg]}\n"),
+                           one = store("one.db", "set: {control.use: lqg}\n"),
+                           none = store("none.db", "set: {control.use: p_voltage}\n"),
                            milk = store("milk.db",
-                                        "set: {controller: lqg}\ngrid: {water.milk_ml_m3: "
+                                        "set: {control.use: lqg}\ngrid: {water.milk_ml_m3: "
                                         "[20, 1.0]}\n"),
                            set = store("set.db",
-                                       "set: {water: {milk_ml_m3: 1}}\ngrid: {controller: [pid, "
+                                       "set: {water: {milk_ml_m3: 1}}\ngrid: {control.use: [pid, "
                                        "lqg]}\n");
   for (const auto& [a, b, first] : {std::tuple{&both, &one, 2}, {&set, &milk, 2}}) {
     const auto pairs = PairTrials(*a, *b, {});
     ASSERT_EQ(pairs.size(), 2u);
     EXPECT_EQ(pairs[0].trial_a, first) << "of lqg";
-    EXPECT_EQ(pairs[0].parameters[0], (batch::Parameter{"controller", "lqg"}));
+    EXPECT_EQ(pairs[0].parameters[0], (batch::Parameter{"control.use", "lqg"}));
   }
-  EXPECT_EQ(PairTrials(one, both, {.by = {"controller"}}).size(), 2u);
+  EXPECT_EQ(PairTrials(one, both, {.by = {"control.use"}}).size(), 2u);
   EXPECT_THAT(MessageOf([&] { PairTrials(both, none, {}); }),
-              HasSubstr("meant to differ, of controller"));
-  EXPECT_THAT(MessageOf([&] { PairTrials(both, one, {.ignore = {"controller"}}); }),
+              HasSubstr("meant to differ, of control.use"));
+  EXPECT_THAT(MessageOf([&] { PairTrials(both, one, {.ignore = {"control.use"}}); }),
               HasSubstr("several trials"));
 }
 
@@ -334,7 +334,7 @@ TEST_F(Comparison, ThePictureHasTheWorstOnTopAndItsRowsLeadToTheSeeds) {
 TEST(ValueText, IsInTheUnitOfItsTitleAlsoInAList) {
   EXPECT_EQ(batch::ValueText("start.lateral_m", "0.1"), "100");
   EXPECT_EQ(batch::ValueText("start.lateral_m", "[0.10, 0.2]"), "[100, 200]");
-  EXPECT_EQ(batch::ValueText("controller", "[pid, lqg]"), "[pid, lqg]");
+  EXPECT_EQ(batch::ValueText("control.use", "[pid, lqg]"), "[pid, lqg]");
 }
 
 TEST_F(Comparison, WithoutAChangeItSaysSo) {
@@ -367,7 +367,7 @@ TEST_F(Comparison, TheDocumentHasTheNumbersAndTheReport) {
 
 // A reader sees first in what the two sides differ, and in what their pairs did.
 TEST_F(Comparison, BeginsWithWhatDiffers) {
-  const std::string plan = "seeds: 3\nset: {controller: pid}\nresolved_scenarios:\n  pool: |\n",
+  const std::string plan = "seeds: 3\nset: {control.use: pid}\nresolved_scenarios:\n  pool: |\n",
                     tail = "models_digest: \"1\"\n";
   const batch::PlanDifferences differences = batch::DifferencesOf(
       plan + "    sea: {state: calm}\n    duration_s: 60\n" + tail,
@@ -393,9 +393,7 @@ TEST_F(Comparison, OnePairAndNoneSayWhatIsMissing) {
   EXPECT_THAT(text, HasSubstr("no significant change in success"));
   EXPECT_THAT(text, ContainsRegex("smallest change noticed +none"));
   EXPECT_THAT(text, HasSubstr("So few pairs could not have shown any change."));
-  EXPECT_THAT(text,
-              ContainsRegex("not varied +snow, lamps, ball lights, vehicle, rig, sensor, lens, "
-                            "mooring, faults, controller"))
+  EXPECT_THAT(text, ContainsRegex("not varied +vehicle, station, lights, cameras, control, faults"))
       << "water is within each, the sea between the two";
 }
 

@@ -25,8 +25,8 @@ class ComparisonPage : public testing::OwnFolder {
         "series_every_frames: 1\n",
         "plan");
     static const trial::Series series = trial::Series::Of(
-        trial::RunTrial(
-            trial::LoadScenario("sea_night_active", {"pose_source=true_pose", "duration_s=2"}))
+        trial::RunTrial(trial::LoadScenario("sea_night_active", {"estimator.pose_source=true_pose",
+                                                                 "trial.duration_s=2"}))
             .log);
     std::vector<batch::StoredTrial> trials;
     for (int64_t i = 0; i < 3; ++i) {

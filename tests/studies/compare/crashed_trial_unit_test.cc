@@ -32,8 +32,8 @@ void KillWorkers() {
 
 batch::StoredTrial RunOne(batch::JobPool* pool, int64_t id, double duration_s, bool kill_it) {
   const trial::Scenario scenario = trial::LoadScenario(
-      "pool_active", {"pose_source=true_pose", "seed=" + std::to_string(70 + id),
-                      "duration_s=" + std::to_string(duration_s)});
+      "pool_active", {"estimator.pose_source=true_pose", "trial.seed=" + std::to_string(70 + id),
+                      "trial.duration_s=" + std::to_string(duration_s)});
   pool->Submit(batch::TrialJob(id, scenario));
   if (kill_it) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));

@@ -26,7 +26,8 @@ using report::Json;
 batch::Plan SmallPlan(int seeds) {
   return {"schema_version: 1\ndescription: near the marker\nscenario: pool_active\nseeds: " +
               std::to_string(seeds) +
-              "\nset: {rig.width_px: 160, rig.height_px: 120, start.distance_min_m: 0.5, "
+              "\nset: {cameras.rig.width_px: 160, cameras.rig.height_px: 120, "
+              "start.distance_min_m: 0.5, "
               "start.distance_max_m: 0.7, start.lateral_m: 0.02, start.vertical_m: 0.02, "
               "start.heading_rad: 0.05}\n",
           "plan"};
@@ -86,14 +87,14 @@ TEST_F(Dataset, ShowsTheMarkerWhereTheTrialBegins) {
   for (const std::string scenario : {"pool_active", "sea_moored_active"}) {
     SCOPED_TRACE(scenario);
     fs::remove_all(folder_);
-    const batch::Plan plan(
-        "schema_version: 1\ndescription: starts\nscenario: " + scenario +
-            "\nseeds: 2\nset: {duration_s: 0.1, rig.width_px: 160, rig.height_px: 120}\ncases:\n"
-            "  drawn: {start.roll_rad: 0.3, start.pitch_rad: 0.3}\n"
-            "  placed: {start.position_m: [-1.8, 0.1, -0.95]}\n"
-            "  turned: {start.position_m: [-1.5, 0.1, -0.95],"
-            " start.quaternion_wxyz: [0.96, 0.16, -0.12, 0.2]}\n",
-        "plan");
+    const batch::Plan plan("schema_version: 1\ndescription: starts\nscenario: " + scenario +
+                               "\nseeds: 2\nset: {trial.duration_s: 0.1, cameras.rig.width_px: "
+                               "160, cameras.rig.height_px: 120}\ncases:\n"
+                               "  drawn: {start.roll_rad: 0.3, start.pitch_rad: 0.3}\n"
+                               "  placed: {start.position_m: [-1.8, 0.1, -0.95]}\n"
+                               "  turned: {start.position_m: [-1.5, 0.1, -0.95],"
+                               " start.quaternion_wxyz: [0.96, 0.16, -0.12, 0.2]}\n",
+                           "plan");
     MakeDataset(plan, folder_.string(), {.pairs_per_shard = plan.trials()});
     const fs::path shard = folder_ / "train_pbr/000000";
     const Json gt = report::ParseJson(system::ReadWhole(shard / "scene_gt.json"), "gt");
@@ -123,7 +124,8 @@ TEST_F(Dataset, HasOneMarkerAndWhatPinholesSee) {
   };
   EXPECT_EQ(error("marker.outer_ring_ratio: 1.9"),
             "marker: that of trial 2 is another one than that of trial 0; a dataset has one");
-  EXPECT_EQ(error("lens.k1: 0.1"), "lens: must be 0: labels are those of pinhole cameras");
+  EXPECT_EQ(error("cameras.lens.k1: 0.1"),
+            "cameras.lens: must be 0: labels are those of pinhole cameras");
   EXPECT_FALSE(fs::exists(folder_));
 }
 

@@ -391,7 +391,7 @@ TEST_F(Estimate, ThePublishedPresetIsUnrefinedAndRepeats) {
   const std::vector<std::string> arguments = {"--left",  File("left.png"),
                                               "--right", File("right.png"),
                                               "--seed",  "3",
-                                              "--set",   "estimator.preset=published"};
+                                              "--set",   "estimator.rm_ga.preset=published"};
   const Json result = Run(arguments);
   EXPECT_EQ(result.at("evaluations"), 30 * 276);
   EXPECT_TRUE(result.at("covariance").is_null());
@@ -452,8 +452,8 @@ TEST_F(Estimate, BadInputIsNamed) {
                  {"half.yml: has no camera matrices of two cameras"});
   ExpectBadInput({"--left", left, "--right", right, "--marker", File("marker.yaml", "bals: []\n")},
                  {"marker.yaml:1: bals", "balls"});
-  ExpectBadInput({"--left", left, "--right", right, "--set", "estimator.preset=best"},
-                 {"estimator.preset", "must be one of default, published"});
+  ExpectBadInput({"--left", left, "--right", right, "--set", "estimator.rm_ga.preset=best"},
+                 {"estimator.rm_ga.preset", "must be one of default, published"});
   ExpectBadInput({"--left", left, "--right", right, "--overlay", File("film.avi")}, {"film.avi"});
 }
 

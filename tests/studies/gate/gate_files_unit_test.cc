@@ -112,7 +112,7 @@ TEST_F(GateFiles, ABaselineOfAnotherPlanIsRefusedWithTheReason) {
   EXPECT_THAT(refused(other), HasSubstr("those of master_seed 1, the gate's is 77; measure it"));
   // how it is judged may change, and what the command line gives is judged
   EXPECT_EQ(refused(Load("", "  alpha: 0.01\n  never: [collision]\n",
-                         {"water.milk_ml_m3=99", "controller=pid"})),
+                         {"water.milk_ml_m3=99", "control.use=pid"})),
             "no error");
 }
 
@@ -242,8 +242,9 @@ TEST_F(GateFiles, BadGates) {
               HasSubstr("a gate runs until its own tests know"));
   EXPECT_THAT(refused("schema_version: 1\nbaseline: b.yaml\nconditions: []\n"),
               HasSubstr("`cases`"));
-  EXPECT_THAT(MessageOf([&] { LoadGate("docking", {}, config::ParseAssignments({"seed=77"})); }),
-              HasSubstr("seed"));
+  EXPECT_THAT(
+      MessageOf([&] { LoadGate("docking", {}, config::ParseAssignments({"trial.seed=77"})); }),
+      HasSubstr("seed"));
   EXPECT_THAT(MessageOf([] { LoadGate("dockin"); }), HasSubstr("did you mean docking?"));
 }
 

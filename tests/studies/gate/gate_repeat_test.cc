@@ -34,8 +34,9 @@ class GateRepeat : public testing::OwnFolder {
   void SetUp() override {
     // Without cameras; docks in 2.7 to 2.8 s.
     std::ofstream(File("short.yaml"))
-        << "schema_version: 1\nseed: 1\nmodel: pool_active.xml\npose_source: true_pose\n"
-           "controller: pid\ndocked_hold_s: 0\nduration_s: 3.5\n"
+        << "schema_version: 1\n"
+           "trial: {scene: pool_active.xml, seed: 1, duration_s: 3.5, after_docked_s: 0}\n"
+           "estimator: {pose_source: true_pose}\ncontrol: {use: pid}\n"
            "start: {distance_min_m: 0.45, distance_max_m: 0.5, lateral_m: 0.02,\n"
            "        vertical_m: 0.02, heading_rad: 0.02}\n"
            "procedure: {found_hold_s: 0.1, servo_x_m: 0.45, docking_rate_mps: 0.1}\n";
@@ -80,7 +81,7 @@ class GateRepeat : public testing::OwnFolder {
 TEST_F(GateRepeat, StopsAndWorkersDoNotShowInTheVerdict) {
   const Baseline baseline = Measure();
   for (const std::vector<std::string>& assignments :
-       {std::vector<std::string>{}, std::vector<std::string>{"duration_s=2.7"}}) {
+       {std::vector<std::string>{}, std::vector<std::string>{"trial.duration_s=2.7"}}) {
     const std::string expected = Judge(baseline, assignments, {.jobs = {.workers = 1}}, nullptr);
     EXPECT_THAT(expected, StartsWith(assignments.empty() ? "{\n  \"verdict\": \"pass\""
                                                          : "{\n  \"verdict\": \"fail\""));
@@ -135,7 +136,7 @@ TEST_F(GateRepeat, AFileThatAKilledRunLeftEmptyIsBegun) {
 
 TEST_F(GateRepeat, AFileOfTrialsIsJudgedAsTheGateJudgedIt) {
   const Baseline baseline = Measure();
-  const std::vector<std::string> slow = {"duration_s=2.7"};
+  const std::vector<std::string> slow = {"trial.duration_s=2.7"};
   std::string judged;
   {
     batch::ResultStore store = Open("trials.db", slow);
@@ -170,10 +171,10 @@ TEST_F(GateRepeat, TrialsOfAnotherGateAreRefusedAndOfAnotherProgramBegunAnew) {
   WriteGate(3);
   EXPECT_EQ(stored({}), 4);
   EXPECT_THAT(said_, IsEmpty());
-  EXPECT_THAT(MessageOf([&] { stored({"camera_delay_frames=4"}); }),
-              HasSubstr("camera_delay_frames: 1 then, 4 now"));
+  EXPECT_THAT(MessageOf([&] { stored({"cameras.delay_frames=4"}); }),
+              HasSubstr("cameras.delay_frames: 1 then, 4 now"));
   EXPECT_EQ(stored({}), 4);
-  EXPECT_EQ(std::ssize(Open("trials.db", {"camera_delay_frames=4"}, /*anew=*/true).Done()), 0);
+  EXPECT_EQ(std::ssize(Open("trials.db", {"cameras.delay_frames=4"}, /*anew=*/true).Done()), 0);
   Open("trials.db", {}, /*anew=*/true);
   fill();
   WriteGate(3, /*master_seed=*/2);
@@ -215,7 +216,7 @@ TEST_F(GateRepeat, TrialsOfAVehicleThatHasChangedAreRefused) {
   const std::string own = File("own.xml");
   fs::copy_file(config::ModelPath("vehicle.xml"), own);
   fs::copy_file(config::ModelPath("vehicle.yaml"), File("own.yaml"));
-  const std::vector<std::string> assignments = {"vehicle_model=" + own};
+  const std::vector<std::string> assignments = {"vehicle.model=" + own};
   WriteGate(1);
   {
     batch::ResultStore store = Open("trials.db", assignments);
@@ -228,7 +229,7 @@ TEST_F(GateRepeat, TrialsOfAVehicleThatHasChangedAreRefused) {
 }
 
 TEST_F(GateRepeat, ACrashIsNoVerdictAndRunsAgain) {
-  const std::vector<std::string> assignments = {"duration_s=1000", "docked_hold_s=60"};
+  const std::vector<std::string> assignments = {"trial.duration_s=1000", "trial.after_docked_s=60"};
   batch::ResultStore store = Open("trials.db", assignments);
   EXPECT_THROW(Measure(assignments, {.time_limit_s = 0.2}, &store), SimulatorFault);
   EXPECT_THAT(store.Done(), IsEmpty());

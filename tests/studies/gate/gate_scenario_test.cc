@@ -29,10 +29,11 @@ class GateProgram : public OwnFolder {
     // Docks in 2.6 to 2.9 s from these seeds: small images, a start right in front of the dock, a
     // fast approach. With half the shipped gain in surge it takes 4.1 s.
     File("short.yaml",
-         "schema_version: 1\nseed: 1\nduration_s: 3.5\nmodel: pool_active.xml\ndocked_hold_s: 0\n"
-         "controller: pid\n"
-         "water: {background: pure, milk_ml_m3: 10}\nball_lights: {enabled: true}\n"
-         "lamps: {enabled: false}\nrig: {width_px: 160, height_px: 120}\n"
+         "schema_version: 1\n"
+         "trial: {scene: pool_active.xml, seed: 1, duration_s: 3.5, after_docked_s: 0}\n"
+         "control: {use: pid}\nwater: {background: pure, milk_ml_m3: 10}\n"
+         "lights: {lamps: {enabled: false}, marker: {enabled: true}}\n"
+         "cameras: {rig: {width_px: 160, height_px: 120}}\n"
          "start: {distance_min_m: 0.45, distance_max_m: 0.5, lateral_m: 0.02, vertical_m: 0.02,\n"
          "        heading_rad: 0.02}\n"
          "procedure: {found_hold_s: 0.1, servo_x_m: 0.45, docking_rate_mps: 0.1}\n");
@@ -105,14 +106,14 @@ TEST_F(GateProgram, FailuresWithoutCamerasAreRunAgainWithoutVideo) {
   const std::string gate =
       File("blind.yaml",
            "schema_version: 1\ndescription: without cameras\nscenario: short.yaml\nseeds: 9\n"
-           "cases: {blind: {pose_source: true_pose}}\n"
+           "cases: {blind: {estimator.pose_source: true_pose}}\n"
            "gate: {baseline: blind.baseline.yaml, alpha: 0.1, beta: 0.1,\n"
            "       margins: {success_rate: 0.4}}\n");
   const ProgramEnd update = RunProgram({"gate", gate, "--update", "--workers", "2"});
   ASSERT_EQ(update.exit_code, 0) << update.err;
   const std::string out = (folder_ / "blind_out").string();
-  const ProgramEnd fail = RunProgram(
-      {"gate", gate, "--workers", "2", "--out", out, "--bundles", "1", "--set", "duration_s=1.2"});
+  const ProgramEnd fail = RunProgram({"gate", gate, "--workers", "2", "--out", out, "--bundles",
+                                      "1", "--set", "trial.duration_s=1.2"});
   EXPECT_EQ(fail.exit_code, 1) << fail.err;
   const fs::directory_iterator bundles(fs::path(out) / "failures");
   ASSERT_NE(bundles, fs::directory_iterator());
@@ -122,9 +123,9 @@ TEST_F(GateProgram, FailuresWithoutCamerasAreRunAgainWithoutVideo) {
 
   // A later run that gives no verdict leaves none of an earlier one; what is not its own stays.
   std::ofstream(fs::path(out) / "failures" / "notes.txt") << "what I saw";
-  const ProgramEnd hung =
-      RunProgram({"gate", File("hung.yaml", "trial_time_limit_s: 0.1\n" + TextOf(gate)),
-                  "--workers", "2", "--out", out, "--anew", "--set", "clock.ticks_per_frame=1000"});
+  const ProgramEnd hung = RunProgram(
+      {"gate", File("hung.yaml", "trial_time_limit_s: 0.1\n" + TextOf(gate)), "--workers", "2",
+       "--out", out, "--anew", "--set", "trial.clock.ticks_per_frame=1000"});
   EXPECT_EQ(hung.exit_code, 4) << hung.err;
   for (const char* name : {"report.html", "summary.json", "summary.md", "junit.xml"})
     EXPECT_FALSE(fs::exists(fs::path(out) / name)) << name;
@@ -144,10 +145,10 @@ TEST_F(GateProgram, OptionsThatDoNotGoTogetherAreRefused) {
     EXPECT_EQ(end.out, "");
     EXPECT_THAT(end.err, HasSubstr(" excludes "));
   }
-  const ProgramEnd other = RunProgram({"gate", gate_, "--update", "--set", "duration_s=1"});
+  const ProgramEnd other = RunProgram({"gate", gate_, "--update", "--set", "trial.duration_s=1"});
   EXPECT_EQ(other.exit_code, 2) << other.err;
   EXPECT_THAT(other.err,
-              HasSubstr("--set duration_s=1: with --update it must be one of controller, "));
+              HasSubstr("--set trial.duration_s=1: with --update it must be one of control.use, "));
   EXPECT_FALSE(fs::exists(folder_ / "gate.baseline.yaml"));
 }
 
@@ -198,7 +199,7 @@ TEST_F(GateProgram, WhatCannotBeJudgedNeverPasses) {
   EXPECT_EQ(unsure.exit_code, 3) << unsure.err;
   EXPECT_THAT(unsure.out, ::testing::StartsWith("inconclusive: docking gate\n"));
   expect(2, {"gate", small, "--set", "watr.milk_ml_m3=1"}, "water");
-  expect(2, {"gate", small, "--set", "model=none.xml"}, "none.xml");
+  expect(2, {"gate", small, "--set", "trial.scene=none.xml"}, "none.xml");
   // libraries of these names that are none hide the real ones
   for (const char* name : {"libOSMesa.so.8", "libOSMesa.so", "libEGL.so.1", "libEGL.so"})
     File(name, "no library");

@@ -49,7 +49,7 @@ TEST_F(GateVerdict, TheSameBuildPassesWithTheFewestTrials) {
 
 TEST_F(GateVerdict, TheReportSaysWhichLossEachConditionNotices) {
   Gate gate = Load(kRough, "  conditions: {rough: {margins: {success_rate: 0.3}}}\n");
-  gate.assignments = {"controller=pid"};
+  gate.assignments = {"control.use=pid"};
   const GateReport report = Judge(gate, Measure(gate, DocksAt(0.95)), DocksAt(0.95));
   const report::Report shown = ReportOf(report);
   EXPECT_THAT(SectionOf(shown, "What changed").table->Text(), HasSubstr("-10 "));
@@ -64,7 +64,7 @@ TEST_F(GateVerdict, TheReportSaysWhichLossEachConditionNotices) {
   // as by the test itself, with its share of alpha: of three tests of either condition
   const statistics::PairedDesign test{.margin = 0.1, .alpha = 0.05 / 6, .beta = 0.05, .most = 200};
   EXPECT_NEAR(FailRate(test, *report.conditions[0].smallest_loss_noticed), 0.8, 0.01);
-  EXPECT_EQ(shown.facts.back().value, "controller=pid");
+  EXPECT_EQ(shown.facts.back().value, "control.use=pid");
 }
 
 TEST_F(GateVerdict, TheReportLinksEverySeedThatChanged) {

@@ -19,7 +19,7 @@ namespace {
 using ::testing::HasSubstr;
 
 trial::Scenario Short(std::vector<std::string> assignments = {}) {
-  assignments.insert(assignments.begin(), {"duration_s=1", "seed=11"});
+  assignments.insert(assignments.begin(), {"trial.duration_s=1", "trial.seed=11"});
   return trial::LoadScenario("sea_night_active", assignments);
 }
 
@@ -68,10 +68,11 @@ TEST(LiveSession, WithASliderMovedTheRecordSaysSo) {
   Finish(&session);
   ASSERT_TRUE(recorded);
   EXPECT_NE(recorded->digest, trial::RunTrial(Short()).digest);
-  const std::vector<trial::Change> expected = {{6, 0.2, "water.milk_ml_m3", "30"},
-                                               {6, 0.2, "lamps.intensity_w_sr", "[0.1,0.1,0.1]"},
-                                               {6, 0.2, "sea.state", "rough"},
-                                               {6, 0.2, "push", "[0, 3, 0]"}};
+  const std::vector<trial::Change> expected = {
+      {6, 0.2, "water.milk_ml_m3", "30"},
+      {6, 0.2, "lights.lamps.intensity_w_sr", "[0.1,0.1,0.1]"},
+      {6, 0.2, "sea.state", "rough"},
+      {6, 0.2, "push", "[0, 3, 0]"}};
   EXPECT_EQ(recorded->changes, expected);
   EXPECT_EQ(session.settings().light.water.milk_ml_m3, 30);
 }
@@ -93,14 +94,14 @@ TEST(LiveSession, RestartsWithAnotherSeedAndTheSettingsAsTheyStand) {
   Finish(&session);
   EXPECT_EQ(session.result()->seed, 13);
   EXPECT_EQ(session.result()->digest,
-            trial::RunTrial(Short({"seed=13", "water.milk_ml_m3=10"})).digest);
+            trial::RunTrial(Short({"trial.seed=13", "water.milk_ml_m3=10"})).digest);
   // after the end, too: with the same seed, and what was set meanwhile
   session.Handle(R"({"do": "set", "key": "water.milk_ml_m3", "value": 0})");
   for (const char* command : {R"({"do": "push", "force_newton": [1, 0, 0]})", R"({"do": "step"})"})
     EXPECT_THAT(ProblemOf(&session, command), HasSubstr("the trial has ended"));
   session.Handle(R"({"do": "restart"})");
   Finish(&session);
-  EXPECT_EQ(session.result()->digest, trial::RunTrial(Short({"seed=13"})).digest);
+  EXPECT_EQ(session.result()->digest, trial::RunTrial(Short({"trial.seed=13"})).digest);
 }
 
 TEST(LiveSession, RefusesWhatIsNoCommandAndGoesOn) {
@@ -137,7 +138,7 @@ TEST(LiveSession, RefusesWhatIsNoCommandAndGoesOn) {
 
 TEST(LiveSession, WhatThePageOffersCanBeSet) {
   for (const char* law : {"p_voltage", "pid", "lqg"}) {
-    LiveSession session(Short({std::string("controller=") + law}));
+    LiveSession session(Short({std::string("control.use=") + law}));
     const report::Json controls = ControlsModel(session.settings());
     EXPECT_GT(controls.size(), 12u);
     for (const report::Json& control : controls) {
@@ -152,9 +153,9 @@ TEST(LiveSession, WhatThePageOffersCanBeSet) {
       for (report::Json value : values) {
         if (control.contains("list_of")) value = {value, value, value};
         // only asked about: it changes what is offered
-        if (control["key"] == "controller") {
+        if (control["key"] == "control.use") {
           EXPECT_NO_THROW(
-              trial::Changed(session.settings(), "controller=" + value.get<std::string>()));
+              trial::Changed(session.settings(), "control.use=" + value.get<std::string>()));
           continue;
         }
         EXPECT_EQ(

@@ -36,7 +36,9 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 using tcp = asio::ip::tcp;
 
-trial::Scenario Short() { return trial::LoadScenario("sea_night_active", {"duration_s=1.5"}); }
+trial::Scenario Short() {
+  return trial::LoadScenario("sea_night_active", {"trial.duration_s=1.5"});
+}
 
 struct Message {
   Json head;

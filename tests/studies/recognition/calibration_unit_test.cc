@@ -75,7 +75,7 @@ TEST(CalibrationPlan, BeginsAtTheShippedOptics) {
 TEST(CalibrationExperiment, RefusesAnElementOfAListThatIsNotThere) {
   CalibrationPlan plan;
   plan.parameters = {Parameter(0.5, 2, false)};
-  plan.parameters[0].key = "sensor.white_balance[1]";
+  plan.parameters[0].key = "cameras.sensor.white_balance[1]";
   TableRow row;
   row.cell = {MarkerKind::kActive, 80, 0.6};
   try {
@@ -132,9 +132,10 @@ TEST(TableConstraints, OfWhatIsNotThere) {
 TEST(CalibrationPlan, AListKeepsItsRatio) {
   CalibrationPlan plan;
   plan.parameters.resize(1);
-  plan.parameters[0] = {"lamps.intensity_w_sr", 0.01, 0.1, 0.02, true, "a test", {1.5, 1, 0.5}};
+  plan.parameters[0] = {
+      "lights.lamps.intensity_w_sr", 0.01, 0.1, 0.02, true, "a test", {1.5, 1, 0.5}};
   EXPECT_THAT(plan.Assignments({0.04}),
-              ::testing::ElementsAre("lamps.intensity_w_sr=[0.06, 0.04, 0.02]"));
+              ::testing::ElementsAre("lights.lamps.intensity_w_sr=[0.06, 0.04, 0.02]"));
   EXPECT_THAT(CalibratedYaml(plan, {0.04}),
               ::testing::HasSubstr("intensity_w_sr: [0.06, 0.04, 0.02]"));
 }
@@ -144,7 +145,7 @@ TEST(CalibrationExperiment, CountsAnImpossiblePlaceAsPoorButNotAsAStart) {
   CalibrationPlan plan;
   plan.cell_share = 1;
   plan.parameters.resize(1);
-  plan.parameters[0] = {"lamps.shift_m[1]", -0.1, 0.1, 0, false, "a test"};
+  plan.parameters[0] = {"lights.lamps.shift_m[1]", -0.1, 0.1, 0, false, "a test"};
   const RecognitionCell cell{MarkerKind::kPassive, 0, 0.4};
   const CalibrationExperiment experiment = ExperimentOf(plan, {{cell, 0.5}});
   const Evaluation impossible = Evaluate(experiment, {-0.08});
@@ -195,7 +196,7 @@ TEST(LeftOut, TakesNoPartButIsReported) {
 // One parameter, one cell.
 CalibrationPlan RimPlan() {
   FreeParameter power;
-  power.key = "ball_lights.rim_radiance_w_m2_sr";
+  power.key = "lights.marker.rim_radiance_w_m2_sr";
   power.low = 0.0012;
   power.high = 0.005;
   power.start = 0.0042;
@@ -350,7 +351,7 @@ TEST(EvaluationWork, DoesWhatItsInputSays) {
 TEST(Evaluate, DrawsWhatTheValuesSay) {
   CalibrationPlan plan = RimPlan();
   plan.parameters = {Parameter(0.08, 0.2, false)};
-  plan.parameters[0].key = "rig.baseline_m";
+  plan.parameters[0].key = "cameras.rig.baseline_m";
   const CalibrationExperiment experiment = OneCell(plan, 0.5);
   EXPECT_NE(Evaluate(experiment, {0.12}).fitness, Evaluate(experiment, {0.14}).fitness);
 }

@@ -29,7 +29,8 @@ TEST(NearTruth, IsWhatTheSearchEndsWith) {
   std::string cases;
   for (const RecognitionCell& cell : kCells)
     cases += fmt::format(
-        "  {0} {1} {2}: {{scenario: pool_{0}, model: tank_{0}.xml, optics: published, "
+        "  {0} {1} {2}: {{scenario: pool_{0}, trial.scene: tank_{0}.xml, cameras.optics: "
+        "published, "
         "water.milk_ml_m3: {1}, start.distance_min_m: {2}, start.distance_max_m: {2}}}\n",
         NameOf(cell.marker), cell.milk_ml_m3, cell.distance_m);
   const batch::Plan plan(
@@ -63,8 +64,9 @@ TEST(NearTruth, FollowsItsScenarios) {
   };
   const auto before = fitness({});
   EXPECT_EQ(fitness({}), before);
-  for (const char* change : {"ball_lights.rim_radiance_w_m2_sr=0.004", "water.scattering_scale=0.8",
-                             "sensor.gain=40", "hue.window_rad=0.5"})
+  for (const char* change :
+       {"lights.marker.rim_radiance_w_m2_sr=0.004", "water.scattering_scale=0.8",
+        "cameras.sensor.gain=40", "estimator.hue.window_rad=0.5"})
     EXPECT_NE(fitness({change}), before) << change;
 }
 

@@ -138,7 +138,8 @@ TEST(Comparison, CountsByHand) {
 batch::Plan PlanOf(const std::string& milk, const std::string& more = "",
                    const std::string& set = "") {
   return {
-      "schema_version: 1\nscenario: pool_active\nset: {model: tank_active.xml, optics: published, "
+      "schema_version: 1\nscenario: pool_active\nset: {trial.scene: tank_active.xml, "
+      "cameras.optics: published, "
       "start: {distance_min_m: 0.6, distance_max_m: 0.6, lateral_m: 0, vertical_m: 0, heading_rad: "
       "0}" +
           set + "}\ngrid: {water.milk_ml_m3: [" + milk + "]}\n" + more,
@@ -206,7 +207,7 @@ TEST(Recognition, ItsPlansAreTheCalibrations) {
       cells.insert(cell);
       trial::Scenario expected =
           RecognitionScenario(marker, {"water.milk_ml_m3=" + FormatNumber(cell.milk_ml_m3),
-                                       "seed=" + std::to_string(scenario.seed)});
+                                       "trial.seed=" + std::to_string(scenario.seed)});
       EXPECT_EQ(trial::StartPose(scenario).p, Eigen::Vector3d(-cell.distance_m, 0, 0));
       expected.start = scenario.start;
       scenario.model_files.clear();
@@ -222,7 +223,7 @@ TEST(Recognition, ComparesEstimators) {
   const auto run = [](const std::string& set, const std::string& milk) {
     return Recognize(PlanOf(milk, "", set), {.seconds = 0.2, .settle_s = 0.5})[0];
   };
-  const CellResult search = run("", "10"), blobs = run(", pose_estimator: blobs", "10"),
+  const CellResult search = run("", "10"), blobs = run(", estimator.use: blobs", "10"),
                    blind = run("", "1000");
   EXPECT_EQ(search.right, 1);
   EXPECT_EQ(search.wrong_and_sure, 0);
@@ -305,7 +306,8 @@ TEST(ImageSheet, ImagesCanBeCompared) {
   const std::string path =
       (std::filesystem::temp_directory_path() / "turbidock_sheet.png").string();
   const batch::Plan plan(
-      "schema_version: 1\nscenario: pool_passive\nset: {model: tank_passive.xml, optics: "
+      "schema_version: 1\nscenario: pool_passive\nset: {trial.scene: tank_passive.xml, "
+      "cameras.optics: "
       "published, "
       "start: {distance_min_m: 0.4, distance_max_m: 0.4, lateral_m: 0, vertical_m: 0, heading_rad: "
       "0}}\ngrid: {water.milk_ml_m3: [40, 120]}\n",
@@ -336,7 +338,7 @@ TEST(RecognizeCommand, PrintsTheDocumentedKeys) {
   std::ofstream(table) << "milk_ml_m3,distance_mm,fitness_mean\n5,600,0.8\n300,600,0.1\n";
   std::ofstream(plan)
       << "schema_version: 1\nscenario: pool_passive\n"
-         "set: {model: tank_passive.xml, optics: published, start: "
+         "set: {trial.scene: tank_passive.xml, cameras.optics: published, start: "
          "{distance_min_m: 0.6, distance_max_m: 0.6, lateral_m: 0, vertical_m: 0}}\n"
          "grid: {water.milk_ml_m3: [5, 300]}\n";
   const turbidock::testing::ProgramEnd end = turbidock::testing::RunProgram(
@@ -362,8 +364,8 @@ TEST(RecognizeCommand, RefusesBadInput) {
   for (const auto& [arguments, said] :
        std::vector<std::pair<std::vector<std::string>, std::string>>{
            {{"--set", "water.scattering_scale=9"}, "must be in [0.1, 3]"},
-           {{"--set", "pose_source=true_pose"}, "pose_source: must be cameras"},
-           {{"--set", "pose_estimator=best"}, "must be one of rm_ga, blobs, fiducial"},
+           {{"--set", "estimator.pose_source=true_pose"}, "estimator.pose_source: must be cameras"},
+           {{"--set", "estimator.use=best"}, "must be one of rm_ga, blobs, fiducial"},
            {{"--active", "no.csv"}, "no.csv: cannot be read"}}) {
     std::vector<std::string> all = {"recognize", "recognition_active"};
     all.insert(all.end(), arguments.begin(), arguments.end());

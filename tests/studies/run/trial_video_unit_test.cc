@@ -264,8 +264,8 @@ TEST(VideoComposer, TheBandIsThatOfTheStage) {
 // The vehicle begins a metre before the dock: seen from outside, it is in the picture, whatever
 // wall of the pool is then in the way.
 TEST(VideoFromOutside, HasTheVehicleInIt) {
-  trial::Scenario scenario =
-      trial::LoadScenario("pool_active", {"duration_s=0.1", "pose_source=true_pose"});
+  trial::Scenario scenario = trial::LoadScenario(
+      "pool_active", {"trial.duration_s=0.1", "estimator.pose_source=true_pose"});
   for (const double distance_m : {0.9, 1.4, 2.2}) {
     scenario.start.distance_min_m = scenario.start.distance_max_m = distance_m;
     trial::TrialOptions options;

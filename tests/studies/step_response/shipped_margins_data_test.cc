@@ -10,8 +10,8 @@ namespace turbidock::step_response {
 namespace {
 
 TEST(ShippedGains, KeepTheirMargins) {
-  const trial::Scenario scenario =
-      trial::LoadScenario("sea_night_active", {"controller=lqg", "pose_source=true_pose"});
+  const trial::Scenario scenario = trial::LoadScenario(
+      "sea_night_active", {"control.use=lqg", "estimator.pose_source=true_pose"});
   for (const AxisResponse& axis : MeasureStepResponses(scenario, {.rest_s = 2, .record_s = 2})) {
     ASSERT_TRUE(axis.loop.phase_margin_rad && axis.loop.gain_margin) << AxisName(axis.axis);
     EXPECT_GE(units::DegFromRad(*axis.loop.phase_margin_rad), 35) << AxisName(axis.axis);

@@ -79,12 +79,12 @@ TEST(LoopResponse, AnIntegratorWithDelayHasTheseMargins) {
 TEST(LoopResponse, IsWhatTheLinearModelSays) {
   const trial::Scenario scenario = trial::LoadScenario(
       "pool_active",
-      {"pose_source=true_pose", "controller=p_voltage", "p_voltage.heave.kp_v_per_m=5",
-       "p_voltage.allocation.dead_band_v=0.25", "p_voltage.allocation.curve_exponent=2",
-       "vehicle.thrusters.dead_band_volts=0.25", "vehicle.thrusters.curve_exponent=2",
-       "vehicle.thrusters.lag_s=0.15", "p_voltage.allocation.ramp_v=0.001",
-       "vehicle.thrusters.reverse_ratio=1", "vehicle.thrusters.inflow_loss_s_per_m=0",
-       "vehicle.hydrodynamics.displaced_volume_m3=0.015",
+      {"estimator.pose_source=true_pose", "control.use=p_voltage",
+       "control.p_voltage.heave.kp_v_per_m=5", "control.p_voltage.allocation.dead_band_v=0.25",
+       "control.p_voltage.allocation.curve_exponent=2", "vehicle.thrusters.dead_band_volts=0.25",
+       "vehicle.thrusters.curve_exponent=2", "vehicle.thrusters.lag_s=0.15",
+       "control.p_voltage.allocation.ramp_v=0.001", "vehicle.thrusters.reverse_ratio=1",
+       "vehicle.thrusters.inflow_loss_s_per_m=0", "vehicle.hydrodynamics.displaced_volume_m3=0.015",
        "vehicle.hydrodynamics.water_density_kg_m3=1000",
        "vehicle.hydrodynamics.linear_damping_diagonal=[5, 6, 8, 0.1, 0.15, 0.07]",
        "vehicle.hydrodynamics.quadratic_damping_diagonal=[0, 0, 0, 0, 0, 0]"});

@@ -22,8 +22,9 @@ TEST(StepReport, SaysStepPushNoiseAndUnits) {
     yaw.step.answer = {.wanted = kStep_rad, .time_s = {0}, .actual = {0}, .demand = {0}};
     x.disturbance.answer = yaw.disturbance.answer = {.time_s = {0}, .actual = {0}, .demand = {0}};
     return ReportOf(
-        trial::LoadScenario("pool_active", {"pose_source=true_pose", "controller=" + controller,
-                                            "true_pose.noise=[0.001, 0, 0, 0]"}),
+        trial::LoadScenario("pool_active",
+                            {"estimator.pose_source=true_pose", "control.use=" + controller,
+                             "estimator.true_pose.noise=[0.001, 0, 0, 0]"}),
         {x, yaw});
   };
   const report::Report report = report_of("lqg");

@@ -12,7 +12,7 @@ namespace turbidock::tuning {
 
 inline const std::string kTrials = R"(scenario: pool_active
 seeds: 4
-set: {pose_source: true_pose, controller: lqg, duration_s: 2.5, docked_hold_s: 0,
+set: {estimator.pose_source: true_pose, control.use: lqg, trial.duration_s: 2.5, trial.after_docked_s: 0,
       true_pose.found_after_s: 0, procedure.found_hold_s: 0,
       lqg.sway.effort_share: 0.27, lqg.sway.error_m: 0.01, lqg.sway.current_mps2: 0.158,
       lqg.yaw.error_rad: 0.185, lqg.yaw.effort_share: 0.236, lqg.yaw.current_rad_s2: 1.22}
@@ -23,7 +23,7 @@ inline const control::LqgParams& LqgOf(const trial::Scenario& scenario) {
 }
 
 inline const std::string kGains =
-    "  gains: [{key: lqg.sway.effort_share, low: 0.2, high: 3, scale: log}]\n";
+    "  gains: [{key: control.lqg.sway.effort_share, low: 0.2, high: 3, scale: log}]\n";
 inline const std::string kObjective = "  objective: [{metric: tracking_rms_m, weight: 1000}]\n";
 inline const std::string kHead = "schema_version: 1\ndescription: a test\n";
 inline const std::string kStudy = kHead + kTrials + kGains + kObjective;

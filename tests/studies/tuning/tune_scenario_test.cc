@@ -38,9 +38,9 @@ TEST(TuneProgram, WhatAnEarlierRunSaidGoes) {
   std::ofstream(out / "notes.txt") << "mine\n";
   std::ofstream(out / "study.yaml")
       << "schema_version: 1\ndescription: too short to dock\nscenario: sea_night_active\nseeds: 2\n"
-         "set: {pose_source: true_pose, controller: lqg, duration_s: 0.5}\n"
+         "set: {estimator.pose_source: true_pose, control.use: lqg, trial.duration_s: 0.5}\n"
          "tuning:\n"
-         "  gains: [{key: lqg.yaw.error_rad, low: 0.02, high: 0.3, scale: log}]\n"
+         "  gains: [{key: control.lqg.yaw.error_rad, low: 0.02, high: 0.3, scale: log}]\n"
          "  objective: [{metric: time_s, weight: 1, failed: 60}]\n"
          "  optimiser: {population: 5, generations: 1}\n";
   const ProgramEnd end = RunProgram({"tune", (out / "study.yaml").string(), "--out", out.string()});

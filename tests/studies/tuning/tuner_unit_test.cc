@@ -38,7 +38,7 @@ TEST_F(TunerTest, IsNotResumedWhenAModelFileHasChanged) {
   std::filesystem::copy_file(config::ModelPath("vehicle.xml"), own);
   std::filesystem::copy_file(config::ModelPath("vehicle.yaml"), File("own.yaml"));
   std::string trials = kTrials;
-  trials.insert(trials.find("pose_source"), "vehicle_model: '" + own + "', ");
+  trials.insert(trials.find("estimator.pose_source"), "vehicle.model: '" + own + "', ");
   const auto begin = [&] {
     const Study study = StudyOf(kHead + trials + kGains + kObjective);
     TuningOptions options;
@@ -87,16 +87,16 @@ TEST(Study, WhatIsWrongIsSaid) {
   const auto with_gain = [](const std::string& gain) {
     return MessageOf(kHead + kTrials + "  gains: [" + gain + "]\n" + kObjective);
   };
-  EXPECT_THAT(with_gain("{key: lqg.sway.effort_share, low: 3, high: 0.2}"),
+  EXPECT_THAT(with_gain("{key: control.lqg.sway.effort_share, low: 3, high: 0.2}"),
               HasSubstr("gains[0].low: 3 must be below high (0.2)"));
-  EXPECT_THAT(with_gain("{key: lqg.sway.efort_share, low: 0.2, high: 3}"),
-              HasSubstr("is no number of a scenario; did you mean lqg.sway.effort_share?"));
-  EXPECT_THAT(with_gain("{key: lqg.sway.effort_share, low: 0, high: 3, scale: log}"),
+  EXPECT_THAT(with_gain("{key: control.lqg.sway.efort_share, low: 0.2, high: 3}"),
+              HasSubstr("is no number of a scenario; did you mean control.lqg.sway.effort_share?"));
+  EXPECT_THAT(with_gain("{key: control.lqg.sway.effort_share, low: 0, high: 3, scale: log}"),
               HasSubstr("must be > 0 on a log scale"));
-  EXPECT_THAT(with_gain("{key: lqg.sway.effort_share, low: 1, high: 3}"),
+  EXPECT_THAT(with_gain("{key: control.lqg.sway.effort_share, low: 1, high: 3}"),
               HasSubstr("study.yaml:10: tuning.gains[0].key: the search begins at the trials' "
-                        "lqg.sway.effort_share = 0.27, which must be in [1, 3]"));
-  EXPECT_THAT(with_gain("{key: lqg.sway.limit_share, low: 0.5, high: 3}"),
+                        "control.lqg.sway.effort_share = 0.27, which must be in [1, 3]"));
+  EXPECT_THAT(with_gain("{key: control.lqg.sway.limit_share, low: 0.5, high: 3}"),
               HasSubstr("must be in [0, 1]"));
   EXPECT_THAT(with_gain("{key: controller, low: 1, high: 3}"), HasSubstr("no number"));
   EXPECT_THAT(MessageOf(kHead + kTrials + kGains + "  objective: [{metric: time}]\n"),
@@ -138,45 +138,49 @@ TEST(Study, WhatTheTrialsCannotGiveIsRefused) {
 TEST(Study, AGainIsReadByATrial) {
   const auto with = [](const std::string& key, const std::string& more) {
     return MessageOf(kHead + "scenario: pool_active\n" + more + "tuning:\n  gains: [{key: " + key +
-                     ", low: 0.01, high: " + (key.starts_with("pid") ? "9" : "1") + "}]\n" +
+                     ", low: 0.01, high: " + (key.starts_with("control.pid") ? "9" : "1") + "}]\n" +
                      kObjective);
   };
-  const std::string pid = "pid.sway.kp_per_s2";
+  const std::string pid = "control.pid.sway.kp_per_s2";
   EXPECT_THAT(
-      with(pid, "set: {controller: lqg}\n"),
-      HasSubstr("study.yaml:6: tuning.gains[0].key: pid.sway.kp_per_s2 is read by no trial: "
-                "their controller is lqg, and they see through rm_ga"));
-  EXPECT_EQ(with(pid, "set: {controller: pid}\n"), "no error");
-  EXPECT_EQ(with(pid, "seeds: 50\nrandom: {controller: {choice: [lqg, pid]}}\n"), "no error");
-  EXPECT_EQ(with("jam.time_s", ""), "no error");
-  const std::string search = "estimator.mutation_rate";
+      with(pid, "set: {control.use: lqg}\n"),
+      HasSubstr(
+          "study.yaml:6: tuning.gains[0].key: control.pid.sway.kp_per_s2 is read by no trial: "
+          "their controller is lqg, and they see through rm_ga"));
+  EXPECT_EQ(with(pid, "set: {control.use: pid}\n"), "no error");
+  EXPECT_EQ(with(pid, "seeds: 50\nrandom: {control.use: {choice: [lqg, pid]}}\n"), "no error");
+  EXPECT_EQ(with("trial.jam.time_s", ""), "no error");
+  const std::string search = "estimator.rm_ga.mutation_rate";
   EXPECT_EQ(with(search, ""), "no error");
-  EXPECT_THAT(with(search, "set: {pose_source: true_pose}\n"), HasSubstr("they see the true pose"));
-  EXPECT_THAT(with("fiducial.blur_px", ""), HasSubstr("is read by no trial"));
+  EXPECT_THAT(with(search, "set: {estimator.pose_source: true_pose}\n"),
+              HasSubstr("they see the true pose"));
+  EXPECT_THAT(with("estimator.fiducial.blur_px", ""), HasSubstr("is read by no trial"));
 }
 
 // A gain that is tuned has one value in all trials: what gives it another would be written over.
 TEST(Study, AGainIsNotVariedByTheTrials) {
   const auto with = [](const std::string& more) {
-    return MessageOf("schema_version: 1\nscenario: pool_active\nset: {controller: lqg}\n" + more +
-                     "\ntuning:\n  gains: [{key: lqg.sway.effort_share, low: 0.001, high: 100}]\n" +
-                     kObjective);
+    return MessageOf(
+        "schema_version: 1\nscenario: pool_active\nset: {control.use: lqg}\n" + more +
+        "\ntuning:\n  gains: [{key: control.lqg.sway.effort_share, low: 0.001, high: 100}]\n" +
+        kObjective);
   };
   EXPECT_EQ(with("grid: {water.milk_ml_m3: [0, 10]}"), "no error");
-  EXPECT_EQ(with("cases: {a: {lqg: {sway: {error_m: 0.02}}}, b: {}}"), "no error");
+  EXPECT_EQ(with("cases: {a: {control.lqg: {sway: {error_m: 0.02}}}, b: {}}"), "no error");
   const std::string said =
-      "study.yaml:6: tuning.gains[0].key: lqg.sway.effort_share is tuned and has one value in all "
+      "study.yaml:6: tuning.gains[0].key: control.lqg.sway.effort_share is tuned and has one value "
+      "in all "
       "trials, but also study.yaml:4: ";
-  EXPECT_THAT(with("grid: {lqg.sway.effort_share: [1, 2]}"),
+  EXPECT_THAT(with("grid: {control.lqg.sway.effort_share: [1, 2]}"),
               HasSubstr(said + "grid.lqg.sway.effort_share[0]"));
-  EXPECT_THAT(with("grid: {lqg: [{sway: {effort_share: 1}}]}"),
+  EXPECT_THAT(with("grid: {control.lqg: [{sway: {effort_share: 1}}]}"),
               HasSubstr(said + "grid.lqg[0].sway"));
-  EXPECT_THAT(with("cases: {a: {}, b: {lqg: {sway: {effort_share: 2}}}}"),
+  EXPECT_THAT(with("cases: {a: {}, b: {control.lqg: {sway: {effort_share: 2}}}}"),
               HasSubstr(said + "cases.b.lqg.sway.effort_share"));
-  EXPECT_THAT(with("strata: {a: {lqg: {sway: {effort_share: 2}}}}"),
+  EXPECT_THAT(with("strata: {a: {control.lqg: {sway: {effort_share: 2}}}}"),
               HasSubstr(said + "strata.a.lqg.sway.effort_share"));
-  for (const std::string drawn :
-       {"lqg.sway.effort_share: {uniform: [1, 2]}", "lqg: {choice: [{sway: {effort_share: 2}}]}"})
+  for (const std::string drawn : {"control.lqg.sway.effort_share: {uniform: [1, 2]}",
+                                  "control.lqg: {choice: [{sway: {effort_share: 2}}]}"})
     EXPECT_THAT(with("random: {" + drawn + "}"), HasSubstr(said + "random.lqg"));
 }
 
@@ -185,8 +189,9 @@ TEST(Study, TooManyHeldOutTrialsAreRefused) {
   const auto with = [](const std::string& cells) {
     return MessageOf(
         "schema_version: 1\nscenario: pool_active\n"
-        "set: {controller: lqg}\ngrid: {water.milk_ml_m3: [" +
-        cells + "]}\ntuning:\n  gains: [{key: lqg.sway.effort_share, low: 0.001, high: 100}]\n" +
+        "set: {control.use: lqg}\ngrid: {water.milk_ml_m3: [" +
+        cells +
+        "]}\ntuning:\n  gains: [{key: control.lqg.sway.effort_share, low: 0.001, high: 100}]\n" +
         kObjective + "  proof: {held_out_seeds: 1000000}\n");
   };
   EXPECT_EQ(with("0, 1, 2, 3, 4, 5, 6, 7, 8, 9"), "no error");
@@ -293,7 +298,7 @@ TEST_F(TunerTest, WhatIsFoundSoFarIsABeginningOfWhatIsFound) {
 // Any beginning of a candidate's trials is fair; the file has all that they differ in.
 TEST_F(TunerTest, MeetsCellsAndStrataInTurnAndKeepsThem) {
   const Study study = StudyOf(kHead +
-                              "grid: {camera_delay_frames: [1, 2]}\nseries_every_frames: 10\n"
+                              "grid: {cameras.delay_frames: [1, 2]}\nseries_every_frames: 10\n"
                               "strata: {near: {start.lateral_m: 0}, far: {start.lateral_m: 0.1}}\n"
                               "random: {vehicle.thrusters.lag_s: {uniform: [0.05, 0.12]}}\n" +
                               kTrials + kGains + kObjective + "  start_may_fail: true\n");
@@ -308,11 +313,12 @@ TEST_F(TunerTest, MeetsCellsAndStrataInTurnAndKeepsThem) {
   const auto first_8 = [&db](const std::string& what) {
     return db.execAndGet("SELECT " + what + " WHERE trial < 8").getString();
   };
-  EXPECT_EQ(first_8("group_concat(camera_delay_frames || stratum, ' ') FROM trials"),
+  EXPECT_EQ(first_8("group_concat(cameras.delay_frames || stratum, ' ') FROM trials"),
             "1near 2near 1far 2far 1near 2near 1far 2far");
-  EXPECT_EQ(first_8("sum(phase = 'generation 0 incumbent' AND \"lqg.sway.effort_share\" = 0.27) "
-                    "FROM trials"),
-            "8");
+  EXPECT_EQ(
+      first_8("sum(phase = 'generation 0 incumbent' AND \"control.lqg.sway.effort_share\" = 0.27) "
+              "FROM trials"),
+      "8");
   EXPECT_EQ(first_8("count(DISTINCT \"vehicle.thrusters.lag_s\") FROM trials"), "4");
   EXPECT_EQ(first_8("count(*) FROM series"), "8");
 }
@@ -333,9 +339,10 @@ TEST_F(TunerTest, ADamagedFileOfTrialsIsNamed) {
 
 TEST_F(TunerTest, HopelessCandidatesAreGivenUp) {
   // effort all but forbidden: the vehicle is left to itself
-  const Study study = StudyOf(
-      kHead + kTrials + "  gains: [{key: lqg.sway.error_m, low: 0.005, high: 50, scale: log}]\n" +
-      kObjective + kFast);
+  const Study study =
+      StudyOf(kHead + kTrials +
+              "  gains: [{key: control.lqg.sway.error_m, low: 0.005, high: 50, scale: log}]\n" +
+              kObjective + kFast);
   const TuningResult result = Tune(study, File("race.sqlite"), {.jobs = {.workers = 2}});
   int given_up = 0, candidates = 0;
   for (const GenerationRecord& generation : result.generations) {
@@ -356,10 +363,11 @@ TEST_F(TunerTest, AHopelessStartIsSaidWithTheEvidence) {
 }
 
 TEST_F(TunerTest, TheGainsFileHoldsTheLawsGroupAndIsRead) {
-  const Study study = StudyOf(kHead + kTrials +
-                              "  gains: [{key: lqg.sway.effort_share, low: 0.2, high: 3}, {key: "
-                              "procedure.docking_rate_mps, low: 0.01, high: 0.1}]\n" +
-                              kObjective);
+  const Study study =
+      StudyOf(kHead + kTrials +
+              "  gains: [{key: control.lqg.sway.effort_share, low: 0.2, high: 3}, {key: "
+              "procedure.docking_rate_mps, low: 0.01, high: 0.1}]\n" +
+              kObjective);
   TuningResult result;
   result.start = study.start();
   result.tuned = {1.25, 0.0625};

@@ -92,7 +92,7 @@ class Problem:
     def _model(self, log: Log, z: Numbers, ticks: int) -> _core.Scenario:
         at = self.logs.index(log)
         made = scenario_with(self.scenarios[at], self.values(z), self.vehicles[at])._cpp
-        made.set([f"clock.ticks_per_frame={ticks}"])
+        made.set([f"trial.clock.ticks_per_frame={ticks}"])
         return made
 
     def times(self, sensor: Sensor, rows: npt.NDArray[np.int64], z: Numbers) -> Numbers:
@@ -327,7 +327,7 @@ def step_error(problem: Problem, parts: Sequence[Part], z: Numbers, rough: Seque
     """By sensor, how far the scenario's plant is off endless steps by its own: `rough`, of FEWER_TICKS, is so in proportion. No less
     can a fit be asked to explain."""
     problem.coarse = False
-    share = FEWER_TICKS / float(problem.scenarios[0]["clock.ticks_per_frame"])
+    share = FEWER_TICKS / float(problem.scenarios[0]["trial.clock.ticks_per_frame"])
     off = [{kind: fine.raw[kind] - raw for kind, raw in each.raw.items()} for fine, each in zip(problem.linear(parts, z, problem.old), rough)]
     return {kind: share * float(np.sqrt(np.mean(np.concatenate([each[kind] for each in off if kind in each])**2))) for kind in problem.std}
 

@@ -96,8 +96,8 @@ def parameters_to_find(name: str, added_mass: Sequence[float]) -> list[Parameter
 
 
 def plain_vehicle(scenario: Scenario) -> dict[str, Any]:
-    """The scenario's vehicle as dicts and lists."""
-    return dict(plain(scenario["vehicle"]))
+    """The data of the scenario's vehicle as dicts and lists."""
+    return {key: plain(scenario[f"vehicle.{key}"]) for key in scenario["vehicle"].keys() if key != "model"}
 
 
 def plain(value: Any) -> Any:
@@ -148,7 +148,7 @@ def scenario_with(scenario: Scenario, values: Mapping[str, float], vehicle: Mapp
     """The scenario with a vehicle of these values, in open water that is still but for the current. `vehicle`: its own, plain."""
     made = scenario.copy()
     settings = {f"vehicle.{key}": value for key, value in data_of(vehicle or plain_vehicle(scenario), values).items()}
-    if "water.x" in values and not scenario["sea.current.series"]:  # which the log measured
+    if "water.x" in values and not scenario["sea.current.file"]:  # which the log measured
         settings["sea.current.surface_velocity_mps"] = [values["water.x"], values["water.y"], 0.0]
     if "tether.drag" in values:  # up to a float that carries it, so far off that its pull stays
         pull, far_m = np.array([values["tether.pull_x"], values["tether.pull_y"], UP_NEWTON]), 1e5
@@ -165,7 +165,7 @@ def still(scenario: Scenario, series: str = "") -> Scenario:
     made = scenario.copy()
     made._cpp.set(assignments_of({"sea.state": "custom", "sea.waves": [], "sea.jonswap.significant_height_m": 0, "sea.tether.enabled":
                                   False, "sea.current.surface_velocity_mps": [0, 0, 0], "sea.current.gust_std_mps": 0,
-                                  "sea.current.series": series, "controller": "pid", "mooring.swing_x_m": 0, "mooring.swing_y_m": 0}))
+                                  "sea.current.file": series, "control.use": "pid", "station.mooring.swing_x_m": 0, "station.mooring.swing_y_m": 0}))
     return made
 
 

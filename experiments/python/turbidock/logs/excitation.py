@@ -34,7 +34,7 @@ def plan(scenario: Scenario | Path, *, duration_s: float = 60, pool_m: tuple[flo
     if not (duration_s >= BLOCK_S and 0 < most_thrust <= 1):
         raise _core.ConfigError(f"an experiment of {duration_s:g} s at {most_thrust:g} of the thrust: a block takes {BLOCK_S:g} s, all is 1")
     made = still(scenario_of(scenario))
-    made._cpp.set(["clock.ticks_per_frame=4"])  # of 120 Hz or so: quick, and near enough to choose by
+    made._cpp.set(["trial.clock.ticks_per_frame=4"])  # of 120 Hz or so: quick, and near enough to choose by
     parameters = parameters_of(made, delays=())
     blocks = list(_candidates(made, most_thrust))
     simulated = [_fly(made, block) for block in blocks]

@@ -3,7 +3,7 @@
     told = identify.inform("log.csv", "pool_active")      # before any fit: what this log can tell, and what to fly besides
     fit = identify.fit(["log.csv"], "pool_active")        # tables of motion (turbidock.logs.motion): files or dicts of arrays
     print(fit)                                            # values with 95 % intervals, held-out prediction
-    fit.save("mine.yaml")                                 # the vehicle's data; beside mine.xml it is `vehicle_model: mine.xml`
+    fit.save("mine.yaml")                                 # the vehicle's data; beside mine.xml it is `vehicle.model: mine.xml`
     turbidock.run("sea_night_active", settings=fit.settings())   # the vehicle and the laws' model of it
 
 The scenario names the vehicle: its MJCF, what is known of it before, and the water's density. The plant that is fitted is the
@@ -160,7 +160,7 @@ class Fit:
 
     def settings(self) -> dict[str, Any]:
         """For a scenario: the vehicle, and what its controller knows of it."""
-        return {f"{group}.{key}": value for group in ("vehicle", "known_vehicle") for key, value in self.data().items()}
+        return {f"{group}.{key}": value for group in ("vehicle", "control.known_vehicle") for key, value in self.data().items()}
 
     def save(self, file: Path) -> None:
         """Writes the vehicle's data, with each number's interval and source in a comment. Whole or not at all."""

@@ -2,7 +2,7 @@
 as messages of ROS 2, /left/camera_info for /left/calibration and without /scene.
 
 Messages are protobuf with Foxglove's schemas; rows of numbers have a schema of their own, which the file holds. Logged when the vehicle
-acted (simulated seconds); an image and an estimate are stamped with the image's exposure, camera_delay_frames before.
+acted (simulated seconds); an image and an estimate are stamped with the image's exposure, cameras.delay_frames before.
 
 | Topic | Schema | |
 |---|---|---|
@@ -246,8 +246,8 @@ def _kept(folder: pathlib.Path, frames: Iterable[int]) -> Iterator[list[bytes]]:
 
 def _flown_again(scenario: Scenario, frames: Iterable[int], digest: str) -> Iterator[list[bytes]]:
     """All of them, in full size: the trial is run again."""
-    if scenario["pose_source"] != "cameras":
-        raise _core.ConfigError("pose_source is true_pose: the trial has no images")
+    if scenario["estimator.pose_source"] != "cameras":
+        raise _core.ConfigError("estimator.pose_source is true_pose: the trial has no images")
     trial = Trial(scenario, images=True)
     for frame in frames:
         trial.step()

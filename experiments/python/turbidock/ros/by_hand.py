@@ -21,7 +21,7 @@ def fly(scenario: Scenario, is_fast: bool, is_paused: bool, truth: bool) -> int:
     while True:
         with Trial(scenario) as trial:
             print(f"turbidock-ros: a trial begins; its services are of ROS_DOMAIN_ID {link.domain}", file=sys.stderr, flush=True)
-            _steps(trial, scenario["clock.frames_per_second"], is_fast, link)
+            _steps(trial, scenario["trial.clock.frames_per_second"], is_fast, link)
             if not link.again:
                 print(trial.result())
                 return 0

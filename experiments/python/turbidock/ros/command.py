@@ -90,10 +90,10 @@ def _arguments_of(command: str, rest: list[str], own: argparse.Namespace) -> lis
         print("turbidock-ros: without --nodes-version this batch cannot be resumed", file=sys.stderr, flush=True)
     chosen = {}
     if own.answer:
-        chosen["controller"] = CONTROLLERS[own.answer].plugin_name(), f"--answer {own.answer}"
+        chosen["control.use"] = CONTROLLERS[own.answer].plugin_name(), f"--answer {own.answer}"
     if own.estimator:
-        chosen["pose_estimator"] = ImageEstimator.plugin_name(), "--estimator"
-        chosen["pose_source"] = "cameras", "--estimator"
+        chosen["estimator.use"] = ImageEstimator.plugin_name(), "--estimator"
+        chosen["estimator.pose_source"] = "cameras", "--estimator"
     for key, (value, option) in chosen.items():
         for word in rest:
             if (given := word.removeprefix("--set=")).startswith(key + "=") and given != f"{key}={value}":
