@@ -40,7 +40,7 @@ TEST(ModelFiles, EachIsASceneOrPartOfOne) {
     if (entry.path().extension() != ".xml") continue;
     const std::string name = entry.path().filename(), text = ReadText(entry.path());
     all.insert(name);
-    if (text.find("<mujoco trial.scene=") != std::string::npos) scenes.insert(name);
+    if (text.find("<mujoco model=") != std::string::npos) scenes.insert(name);
     constexpr std::string_view kInclude = "<include file=\"";
     for (size_t at = text.find(kInclude); at != std::string::npos; at = text.find(kInclude, at)) {
       at += kInclude.size();

@@ -62,7 +62,8 @@ TEST(LiveSession, WithASliderMovedTheRecordSaysSo) {
   });
   for (int i = 0; i < 6; ++i) session.Step(false);
   session.Handle(R"({"do": "set", "key": "water.milk_ml_m3", "value": 30})");
-  session.Handle(R"({"do": "set", "key": "lamps.intensity_w_sr", "value": [0.1, 0.1, 0.1]})");
+  session.Handle(
+      R"({"do": "set", "key": "lights.lamps.intensity_w_sr", "value": [0.1, 0.1, 0.1]})");
   session.Handle(R"({"do": "set", "key": "sea.state", "value": "rough"})");
   session.Handle(R"({"do": "push", "force_newton": [0, 3, 0]})");
   Finish(&session);

@@ -12,10 +12,11 @@ namespace turbidock::tuning {
 
 inline const std::string kTrials = R"(scenario: pool_active
 seeds: 4
-set: {estimator.pose_source: true_pose, control.use: lqg, trial.duration_s: 2.5, trial.after_docked_s: 0,
-      true_pose.found_after_s: 0, procedure.found_hold_s: 0,
-      lqg.sway.effort_share: 0.27, lqg.sway.error_m: 0.01, lqg.sway.current_mps2: 0.158,
-      lqg.yaw.error_rad: 0.185, lqg.yaw.effort_share: 0.236, lqg.yaw.current_rad_s2: 1.22}
+set: {estimator.pose_source: true_pose, control.use: lqg, trial.duration_s: 2.5,
+      trial.after_docked_s: 0, estimator.true_pose.found_after_s: 0, procedure.found_hold_s: 0,
+      control.lqg.sway.effort_share: 0.27, control.lqg.sway.error_m: 0.01,
+      control.lqg.sway.current_mps2: 0.158, control.lqg.yaw.error_rad: 0.185,
+      control.lqg.yaw.effort_share: 0.236, control.lqg.yaw.current_rad_s2: 1.22}
 tuning:
 )";
 inline const control::LqgParams& LqgOf(const trial::Scenario& scenario) {
