@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -57,17 +58,31 @@ void PrintWords(const std::string& text) {
   fmt::print("{}\n", line);
 }
 
-// A line for each group; for each key one with its value and what is allowed, the latter on its own
-// where both do not fit 100 columns, and its meaning. Values are whole: who searches finds them.
+std::string AllowedText(const config::KeyDoc& key) {
+  return key.range.empty() ? key.type : key.range;
+}
+
+std::string DefaultText(const config::KeyDoc& key) {
+  return key.required ? "(required)" : key.value;
+}
+
+// A key a line, for `grep`.
+void PrintLines(const std::vector<config::KeyDoc>& keys) {
+  for (const config::KeyDoc& key : keys)
+    fmt::print("{:46} {:20} {:20} {}\n", key.key, DefaultText(key), AllowedText(key), key.doc);
+}
+
+// For a terminal: a line for each group; for each key one with its value and what is allowed, the
+// latter on its own where both do not fit 100 columns, and its meaning. Values are whole.
 void PrintKeys(const std::vector<config::KeyDoc>& keys) {
+  if (isatty(STDOUT_FILENO) == 0) return PrintLines(keys);
   fmt::print("{:46} {:20} ALLOWED\n    MEANING\n", "KEY", "DEFAULT");
   for (const config::KeyDoc& key : keys) {
     if (key.type == "group of keys" || key.type == "list of groups") {
       fmt::print("\n{} ({})\n", key.key, key.type);
     } else {
-      const std::string& allowed = key.range.empty() ? key.type : key.range;
-      const std::string value =
-          fmt::format("{:46} {:20}", key.key, key.required ? "(required)" : key.value);
+      const std::string allowed = AllowedText(key);
+      const std::string value = fmt::format("{:46} {:20}", key.key, DefaultText(key));
       const bool fits = value.size() + 1 + allowed.size() <= 100;
       fmt::print("{}{}\n", value, fits ? " " + allowed : "");
       if (!fits) PrintWords(allowed);

@@ -8,8 +8,11 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
 
+#include "experiments/config/yaml_fields.h"
+#include "experiments/trial/scenario.h"
 #include "tests/support/own_folder.h"
 #include "tests/support/program.h"
 
@@ -22,7 +25,7 @@ using ::testing::Not;
 
 class CommandLine : public OwnFolder {
  protected:
-  // A scenario that runs, with `more` after its required keys; line 5 is the first of `more`.
+  // A scenario that runs, with `more` after its required keys; line 3 is the first of `more`.
   std::string ScenarioFile(const std::string& more) {
     return File(
         "scenario.yaml",
@@ -177,8 +180,8 @@ TEST_F(CommandLine, SeveralMistakesInAFileAreSaidAtOnce) {
   const ProgramEnd end =
       RunProgram({"run", ScenarioFile("water:\n  milk_ml_m4: 3\nsea:\n  state: wild\n")});
   EXPECT_EQ(end.exit_code, 2);
-  EXPECT_THAT(end.err, HasSubstr("scenario.yaml:6: water.milk_ml_m4: unknown key"));
-  EXPECT_THAT(end.err, HasSubstr("scenario.yaml:8: sea.state = 'wild', must be one of"));
+  EXPECT_THAT(end.err, HasSubstr("scenario.yaml:4: water.milk_ml_m4: unknown key"));
+  EXPECT_THAT(end.err, HasSubstr("scenario.yaml:6: sea.state = 'wild', must be one of"));
   EXPECT_EQ(std::count(end.err.begin(), end.err.end(), '\n'), 2);
 }
 
@@ -231,8 +234,21 @@ TEST_F(CommandLine, EachHelpEndsWithTwoExamplesThatCouldBeRun) {
   EXPECT_GE(commands, 15);
 }
 
-TEST_F(CommandLine, TheListOfKeysHasAHeadingGroupsAndFits100Columns) {
+TEST_F(CommandLine, TheListOfKeysHasAKeyALineWhereItIsSearched) {
   std::istringstream lines(RunProgram({"list", "keys"}).out);
+  const std::regex milk("water\\.milk_ml_m3 +0 +in \\[0, 2000\\] +milk in the water, .*");
+  int keys = 0, found = 0;
+  for (std::string line; std::getline(lines, line); ++keys) found += std::regex_match(line, milk);
+  EXPECT_EQ(keys, std::ssize(trial::ScenarioKeys()));
+  EXPECT_EQ(found, 1);
+}
+
+TEST_F(CommandLine, TheListOfKeysOnATerminalHasAHeadingGroupsAndFits100Columns) {
+  // `script` gives it one
+  std::string text =
+      RunProgramAt("/usr/bin/script", {"-qec", ProgramPath() + " list keys", "/dev/null"}).out;
+  std::erase(text, '\r');
+  std::istringstream lines(text);
   std::string line, all;
   for (bool first = true; std::getline(lines, line); first = false) {
     if (first) {
@@ -254,30 +270,30 @@ TEST_F(CommandLine, BadScenarioFiles) {
   ExpectBadInput({"run", File("bare.yaml", "description: nothing else\n")},
                  {"bare.yaml", "schema_version", "required"});
   ExpectBadInput({"run", ScenarioFile("water:\n  milk_ml_m4: 3\n")},
-                 {"scenario.yaml:6", "milk_ml_m4", "milk_ml_m3"});
-  ExpectBadInput({"run", ScenarioFile("rig:\n  baseline_m: 120 mm\n")},
-                 {"scenario.yaml:6", "cameras.rig.baseline_m", "120 mm"});
-  ExpectBadInput({"run", ScenarioFile("rig:\n  baseline_m: wide\n")},
-                 {"scenario.yaml:6", "cameras.rig.baseline_m", "must be a number"});
+                 {"scenario.yaml:4", "milk_ml_m4", "milk_ml_m3"});
+  ExpectBadInput({"run", ScenarioFile("cameras:\n  rig:\n    baseline_m: 120 mm\n")},
+                 {"scenario.yaml:5", "cameras.rig.baseline_m", "120 mm"});
+  ExpectBadInput({"run", ScenarioFile("cameras:\n  rig:\n    baseline_m: wide\n")},
+                 {"scenario.yaml:5", "cameras.rig.baseline_m", "must be a number"});
   ExpectBadInput({"run", ScenarioFile("water:\n  milk_ml_m3: .nan\n")},
-                 {"scenario.yaml:6", "water.milk_ml_m3"});
+                 {"scenario.yaml:4", "water.milk_ml_m3"});
   ExpectBadInput({"run", ScenarioFile("vehicle:\n  rigid_body:\n    mass_kg: -15\n")},
-                 {"scenario.yaml:7", "vehicle.rigid_body.mass_kg", "must be > 0"});
+                 {"scenario.yaml:5", "vehicle.rigid_body.mass_kg", "must be > 0"});
   ExpectBadInput({"run", ScenarioFile("marker:\n  balls: []\n")},
-                 {"scenario.yaml:6", "marker.balls", "ball"});
+                 {"scenario.yaml:4", "marker.balls", "ball"});
 }
 
 TEST_F(CommandLine, BadAssignments) {
   ExpectBadInput({"run", "pool_active", "--set", "water.milk_ml_m3=-1"},
                  {"--set", "water.milk_ml_m3", "-1"});
   ExpectBadInput({"run", "pool_active", "--set", "watre.milk_ml_m3=1"}, {"did you mean water"});
-  ExpectBadInput({"run", "pool_active", "--set", "duration_s"}, {"--set"});
+  ExpectBadInput({"run", "pool_active", "--set", "trial.duration_s"}, {"--set"});
   ExpectBadInput({"run", "pool_active", "--seed", "-3"}, {"seed"});
 }
 
 TEST_F(CommandLine, BadModels) {
   ExpectBadInput({"run", "pool_active", "--set", "trial.scene=no_such.xml"},
-                 {"--set model = 'no_such.xml'", "neither a file nor"});
+                 {"--set trial.scene = 'no_such.xml'", "neither a file nor"});
   const std::string broken = File("broken.xml", "<mujoco>\n  <worldbody>\n    <goem/>\n");
   ExpectBadInput({"run", "pool_active", "--set", "trial.scene=" + broken}, {"broken.xml"});
   const std::string wrong =
@@ -315,7 +331,7 @@ TEST_F(CommandLine, TooLongATrialIsRefused) {
 
 TEST_F(CommandLine, ADelayLongerThanTheTrialStillGivesAResult) {
   const ProgramEnd end = RunProgram(
-      {"run", ScenarioFile("cameras.delay_frames: 30\nsea:\n  state: calm\n"), "--json"});
+      {"run", ScenarioFile("cameras: {delay_frames: 30}\nsea:\n  state: calm\n"), "--json"});
   ASSERT_EQ(end.exit_code, 0) << end.err;
   const auto json = nlohmann::json::parse(end.out);
   EXPECT_EQ(json["time_s"], 0.2);
