@@ -6,6 +6,14 @@
 
 namespace turbidock::light {
 
+void BallLightParams::Check(const std::string& path) const {
+  for (size_t i = 0; i < balls.size(); ++i)
+    for (size_t before = 0; before < i; ++before)
+      if (balls[i].name == balls[before].name)
+        throw ConfigError(JoinKey(path, "balls[" + std::to_string(i) + "].name"),
+                          "'" + balls[i].name + "' is given twice");
+}
+
 void LightFault::CheckLight(const std::string& path, const std::vector<BallLight>& balls) const {
   std::string known;
   for (const char* lamp : kLampNames) {

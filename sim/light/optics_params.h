@@ -162,6 +162,7 @@ struct BallLightParams {
           "width (sigma) of a lit ball's bright core");
     field("balls", self.balls, Finite(), "the lit balls");
   }
+  void Check(const std::string& path) const;
 };
 
 // How exactly light is computed.

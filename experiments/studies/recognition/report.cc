@@ -86,7 +86,8 @@ std::string LimitText(const Curve& fitness_over_milk) {
   if (const auto limit = MilkAtLoss(fitness_over_milk)) return fmt::format("{:.0f} ml/m³", *limit);
   const auto lost = std::ranges::find_if(
       fitness_over_milk, [](const auto& cell) { return AreaOf(cell.second) == Area::kIII; });
-  if (lost == fitness_over_milk.begin()) return fmt::format("below {:g} ml/m³", lost->first);
+  if (lost == fitness_over_milk.begin())
+    return fmt::format("lost at {:g} ml/m³, the least tried", lost->first);
   const double last = std::prev(lost)->first;
   if (lost == fitness_over_milk.end()) return fmt::format("beyond {:g} ml/m³", last);
   return fmt::format("{:g} to {:g} ml/m³", last, lost->first);  // too few cells for means of three

@@ -280,7 +280,7 @@ TEST_F(RecognitionReport, SaysHowTurbidItMayBe) {
   EXPECT_EQ(ReportOf(results_, {}).facts.at(0).value, "64 ml/m³");
   EXPECT_EQ(limit(results_).label, "turbidity limit, active at 400 mm");
   EXPECT_EQ(limit({Result(0, 0.8), Result(20, 0.7)}).value, "beyond 20 ml/m³");
-  EXPECT_EQ(limit({Result(5, 0.1), Result(20, 0)}).value, "below 5 ml/m³");
+  EXPECT_EQ(limit({Result(5, 0.1), Result(20, 0)}).value, "lost at 5 ml/m³, the least tried");
   EXPECT_EQ(limit({Result(0, 0.8), Result(20, 0.7)}).note, "the table: beyond 20 ml/m³");
   // lost by its cells, not by their means of three
   const std::vector<CellResult> few = {Result(0, 0.85), Result(40, 0.53), Result(120, 0.04)};
