@@ -13,6 +13,7 @@
 #include "experiments/statistics/intervals.h"
 #include "experiments/statistics/sampling.h"
 #include "experiments/system/plain_text.h"
+#include "experiments/trial/switched_off.h"
 #include "experiments/trial/world.h"
 #include "sim/base/random.h"
 
@@ -449,20 +450,13 @@ void Plan::RequireSameFiles(const config::YamlNode& before) const {
         before.Fail(file.file + " is not what it was when the plan began");
 }
 
-void Plan::RemarkDraws() {
-  for (const RandomKey& random : random_) {
-    if (!random.key.starts_with("vehicle.") || random.kind == RandomKey::Kind::kChoice) continue;
-    constexpr double kRare = 0.001;
-    const double low = std::stod(random.ValueAt(kRare)),
-                 high = std::stod(random.ValueAt(1 - kRare));
+void Plan::CheckDraws() {
+  for (size_t i = 0; i < random_.size(); ++i)
     for (const auto& [name, scenario] : scenarios_) {
-      const double own = std::stod(config::ValueOf(scenario, random.key));
-      if (own < low || own > high)
-        remarks_.push_back(fmt::format(
-            "{} is drawn from {:.2g} to {:.2g} (`random`): its own {:.4g} is never tried",
-            random.key, low, high, own));
+      random_[i].RequireAllowed(scenario, distributions_[i]);
+      if (const std::string remark = random_[i].RemarkOn(scenario); !remark.empty())
+        remarks_.push_back(remark);
     }
-  }
 }
 
 void Plan::CheckTrials(const std::string& file) {
@@ -477,7 +471,7 @@ void Plan::CheckTrials(const std::string& file) {
         const trial::Scenario scenario = ScenarioOf(spec);
         if (scenario.model_files.empty()) AddFiles(scenario);
         code_.insert(scenario.plugins.CodeInUse());
-        for (const std::string& remark : scenario.given.remarks)
+        for (const std::string& remark : trial::RemarksOn(scenario))
           if (std::ranges::count(remarks_, remark) == 0) remarks_.push_back(remark);
       } catch (const ConfigError& error) {
         const std::string what = error.what();
@@ -485,7 +479,7 @@ void Plan::CheckTrials(const std::string& file) {
         throw ConfigError(fmt::format("{}: trial {}: {}", file, spec.trial, what));
       }
     }
-  RemarkDraws();
+  CheckDraws();
 }
 
 int64_t SamplesOf(int64_t seeds, double precision) {

@@ -206,7 +206,7 @@ class Plan {
   void AddFiles(trial::Scenario scenario);
   void RequireSameFiles(const config::YamlNode& before) const;
   // Draws of the vehicle's keys that leave out its own value, as a study's that was copied may do.
-  void RemarkDraws();
+  void CheckDraws();
   void CheckTrials(const std::string& file);
   // Presets come first, as in a file: what else a trial is named by is what it has.
   std::vector<config::Assignment> AssignmentsOf(const std::vector<Parameter>& parameters) const;

@@ -1,10 +1,13 @@
 #include "experiments/batch/plan_keys.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iterator>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/statistics/sampling.h"
+#include "experiments/trial/scenario.h"
 
 namespace turbidock::batch {
 namespace {
@@ -121,6 +124,25 @@ std::string RandomKey::ValueAt(double u) const {
     return FormatNumber(within ? statistics::NormalAt(u, a, b, (*within)[0], (*within)[1])
                                : statistics::NormalAt(u, a, b));
   return choices[static_cast<size_t>(u * static_cast<double>(choices.size()))];
+}
+
+void RandomKey::RequireAllowed(const trial::Scenario& scenario,
+                               const config::YamlNode& distribution) const {
+  if (kind == Kind::kChoice || (kind == Kind::kNormal && !within)) return;
+  const Range allowed = config::RangeOf(scenario, key);
+  for (const double end : within.value_or(numbers))
+    if (!allowed.Contains(end))
+      distribution.Fail(FormatNumber(end) + " cannot be drawn: " + allowed.Sentence());
+}
+
+std::string RandomKey::RemarkOn(const trial::Scenario& scenario) const {
+  if (!key.starts_with("vehicle.") || kind == Kind::kChoice) return "";
+  constexpr double kRare = 0.001;
+  const double low = std::stod(ValueAt(kRare)), high = std::stod(ValueAt(1 - kRare)),
+               own = std::stod(config::ValueOf(scenario, key));
+  if (own >= low && own <= high) return "";
+  return fmt::format("{} is drawn from {:.2g} to {:.2g} (`random`): its own {:.4g} is never tried",
+                     key, low, high, own);
 }
 
 void VariedKeys::Add(const std::string& key, const config::YamlNode& value) {

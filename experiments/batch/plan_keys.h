@@ -12,6 +12,9 @@
 namespace turbidock::config {
 struct YamlNode;
 }
+namespace turbidock::trial {
+struct Scenario;
+}
 
 namespace turbidock::batch {
 
@@ -47,6 +50,11 @@ struct RandomKey {
   static RandomKey Read(const std::string& key, const config::YamlNode& distribution);
   // The value, as YAML, at u in (0, 1): the distribution's quantile, or one of the choices.
   std::string ValueAt(double u) const;
+  // ConfigError that names the distribution's line where an end of it is beyond what the key may
+  // be, also where no trial comes near that end.
+  void RequireAllowed(const trial::Scenario& scenario, const config::YamlNode& distribution) const;
+  // A sentence where the scenario's own value, of its vehicle, is one that is never drawn.
+  std::string RemarkOn(const trial::Scenario& scenario) const;
 };
 
 constexpr auto Names(RandomKey::Kind) {

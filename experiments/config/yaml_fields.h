@@ -132,6 +132,7 @@ void ForEachFile(const GroupRef& group, const std::function<void(InputFile*)>& a
 [[noreturn]] void ThrowWithOrigin(const ConfigError& error, const Origins& origins);
 std::string SaveGroup(const GroupRef& group);
 std::string ValueIn(const GroupRef& group, const std::string& key);
+Range RangeIn(const GroupRef& group, const std::string& key);
 std::vector<KeyDoc> ListGroupKeys(const GroupRef& group);
 
 // Joins a function for each kind of a variant, for std::visit.
@@ -276,6 +277,13 @@ template <HasFields T>
 std::string ValueOf(const T& object, const std::string& key) {
   T copy = object;
   return internal::ValueIn(GroupOf(&copy), key);
+}
+
+// Which numbers a key may be, alone. ConfigError for a key that is not there.
+template <HasFields T>
+Range RangeOf(const T& object, const std::string& key) {
+  T copy = object;
+  return internal::RangeIn(GroupOf(&copy), key);
 }
 
 // The keys of its presets, in dots, in the order in which they are read.

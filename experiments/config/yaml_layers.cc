@@ -87,10 +87,17 @@ Origins ReadLayersOf(const std::vector<Assignment>& layers, const GroupRef& grou
                     [&set](const auto& value) { return set.contains(value.first); });
     if (may_undo) undone.push_back(UndoneBy(presets, set, before, group));
     AddOrigins(set, &given->origins);
+    if (layer.key.empty()) continue;
+    for (const Assignment& leaf : LeavesOf({layer})) given->named.insert(leaf.key);
   }
   for (const Undone& each : undone)
     if (!each.values.empty()) given->remarks.push_back(RemarkOn(each));
   return origins;
+}
+
+Range RangeIn(const GroupRef& group, const std::string& key) {
+  YamlNode at{nullptr, kFromSet, key};
+  return FieldAt(group, &at).range;
 }
 
 }  // namespace internal

@@ -11,6 +11,7 @@
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/trial/series.h"
+#include "experiments/trial/switched_off.h"
 #include "vision/normalised_error.h"
 
 namespace turbidock::trial {
@@ -80,7 +81,7 @@ RunningTrial::RunningTrial(const Scenario& scenario, TrialOptions options)
     for (const std::string& remark : {ChangedModels(scenario_, model_files_), world_.remark()})
       if (!remark.empty()) options_.on_remark(remark);
   if (options_.on_remark)
-    for (const std::string& remark : scenario_.given.remarks) options_.on_remark(remark);
+    for (const std::string& remark : RemarksOn(scenario_)) options_.on_remark(remark);
   if (options_.timer) options_.timer->Skip();
 }
 

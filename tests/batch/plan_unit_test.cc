@@ -177,11 +177,11 @@ TEST(Plan, RefusesCasesThatSayNothingOrTwice) {
   EXPECT_THAT(ErrorOf("cases: {}\n"), HasSubstr("cases: must be a map of names"));
   EXPECT_THAT(ErrorOf("cases: [1]\n"), HasSubstr("plan.yaml:3: cases"));
   EXPECT_THAT(ErrorOf("cases: {a: {trial.duration_s: 5}}\ngrid: {trial.duration_s: [6]}\n"),
-              HasSubstr("this key is given twice, also by plan.yaml:3: cases.a.duration_s"));
+              HasSubstr("this key is given twice, also by plan.yaml:3: cases.a.trial.duration_s"));
   EXPECT_THAT(ErrorOf("cases: {a: {trial.seed: 5}}\n"), HasSubstr("set master_seed"));
   EXPECT_THAT(ErrorOf("cases: {a: {scenario: x}}\n"), HasSubstr("x: no such file"));
   EXPECT_THAT(ErrorOf("cases: {a: {}, a: {}}\n"), HasSubstr("duplicate key"));
-  EXPECT_THAT(ErrorOf("cases: {a: {trial.duration: 5}}\n"), HasSubstr("trial.duration_s"));
+  EXPECT_THAT(ErrorOf("cases: {a: {trial.duration: 5}}\n"), HasSubstr("mean duration_s"));
   EXPECT_THAT(ErrorOf("grid: {case: [a]}\n"), HasSubstr("`cases` makes"));
   EXPECT_THAT(ErrorOf("random: {case: {choice: [a]}}\n"), HasSubstr("`cases` makes"));
 }
@@ -213,18 +213,18 @@ TEST(Plan, RefusesNamesThatAreNone) {
 
 TEST(Plan, SaysWhereAWrongValueStands) {
   EXPECT_THAT(ErrorOf("grid:\n  trial.duration_s:\n    - 5\n    - -5\n"),
-              HasSubstr("plan.yaml:6: duration_s = -5"));
+              HasSubstr("plan.yaml:6: trial.duration_s = -5"));
   EXPECT_THAT(ErrorOf("cases:\n  a: {trial.duration_s: 5}\n  b: {trial.duration_s: -5}\n"),
-              HasSubstr("plan.yaml:5: duration_s = -5"));
+              HasSubstr("plan.yaml:5: trial.duration_s = -5"));
   EXPECT_THAT(
       ErrorOf("seeds: 2\nstrata:\n  a: {trial.duration_s: 5}\n  b: {trial.duration_s: -5}\n"),
-      HasSubstr("plan.yaml:6: duration_s = -5"));
+      HasSubstr("plan.yaml:6: trial.duration_s = -5"));
   // of two that do not go together
   EXPECT_THAT(ErrorOf("set: {control.use: lqg, procedure.blind_max_s: 6}\n"
                       "cases:\n  a: {}\n  b: {control.use: p_voltage}\n"),
               HasSubstr("plan.yaml:3: procedure.blind_max_s: 6 needs a controller that predicts"));
   EXPECT_THAT(ErrorOf("random:\n  trial.duration_s: {uniform: [-2, -1]}\n"),
-              HasSubstr("plan.yaml:4: duration_s = -"));
+              HasSubstr("plan.yaml:4: trial.duration_s = -"));
 }
 
 TEST(Plan, RefusesStrataThatAreNotMetEquallyOftenOrNameAKeyTwice) {
@@ -239,7 +239,7 @@ TEST(Plan, RefusesStrataThatAreNotMetEquallyOftenOrNameAKeyTwice) {
                     "{trial.duration_s: 7}}\n"),
               HasSubstr("plan.yaml: seeds: 4 must be a multiple of 3"));
   EXPECT_THAT(error("strata: {}\n"), HasSubstr("strata: must be a map of names"));
-  EXPECT_THAT(error("strata: {a: {trial.duration: 5}}\n"), HasSubstr("trial.duration_s"));
+  EXPECT_THAT(error("strata: {a: {trial.duration: 5}}\n"), HasSubstr("mean duration_s"));
   EXPECT_THAT(error("strata: {a: {trial.duration_s: 5}, b: {trial.duration_s: -5}}\n"),
               HasSubstr("trial.duration_s"));
   EXPECT_THAT(error("strata: {a: {scenario: x}}\n"),
@@ -260,7 +260,7 @@ TEST(Plan, RefusesToSetWhatItGivesEachTrial) {
        {"grid: {trial.duration_s: [5]}\n", "random: {trial.duration_s: {uniform: [5, 6]}}\n",
         "strata: {a: {trial.duration_s: 5}, b: {trial.duration_s: 6}}\n"}) {
     EXPECT_THAT(error(varied + "set: {trial.duration_s: 9}\n"),
-                HasSubstr("this key is given twice, also by plan.yaml:5: set.duration_s"));
+                HasSubstr("this key is given twice, also by plan.yaml:5: set.trial.duration_s"));
     EXPECT_THAT(error(varied, "trial.duration_s=9"),
                 HasSubstr("this key is given twice, also by --set trial.duration_s"));
   }
@@ -378,6 +378,10 @@ TEST(Plan, SaysWhatIsWrongAndWhere) {
       {"random: {start.lateral_m: {gamma: [1, 2]}}\n",
        "must be one of uniform, normal, log_uniform, choice"},
       {"seeds: 50\nrandom: {start.lateral_m: {normal: [0.5, 1]}}\n", "start.lateral_m = -"},
+      {"random: {water.milk_ml_m3: {uniform: [0, 2000.5]}}\n",
+       "plan.yaml:3: random.water.milk_ml_m3: 2000.5 cannot be drawn: must be in [0, 2000]"},
+      {"random: {start.lateral_m: {normal: [0.5, 0.1], within: [-0.01, 1]}}\n",
+       "-0.01 cannot be drawn: must be in [0, 5]"},
       {"precision: 0.6\n", "plan.yaml:3: precision = 0.6, must be in [0, 0.5]"},
       {"precision: .nan\n", "plan.yaml:3: precision"},
       {"precision: high\n", "plan.yaml:3: precision = 'high', must be"},

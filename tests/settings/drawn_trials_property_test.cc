@@ -13,6 +13,7 @@
 #include "experiments/batch/runner.h"
 #include "experiments/report/json.h"
 #include "experiments/trial/record_columns.h"
+#include "experiments/trial/switched_off.h"
 #include "experiments/trial/trial.h"
 #include "sim/base/random.h"
 #include "tests/settings/key_cases.h"
@@ -47,12 +48,13 @@ std::vector<std::string> Drawn(size_t count) {
                                         "estimator.true_pose",
                                         "cameras.delay_frames",
                                         "cameras.period_frames"};
+  const trial::Scenario brief = trial::LoadScenario(kBase, kBrief);
   Rng rng = SeedTree(20260728).Stream("keys");
   std::vector<std::string> drawn;
   std::set<std::string> keys;
   while (drawn.size() < count) {
     const KeyCase& of = cases[rng.NextU64() % cases.size()];
-    if (!of.before.empty() ||
+    if (!of.before.empty() || !trial::SwitchedOffBy(brief, of.key).empty() ||
         std::ranges::none_of(groups, [&](const auto& group) { return of.IsIn(group); }) ||
         !keys.insert(of.key).second)
       continue;

@@ -59,6 +59,7 @@ const std::vector<Special> kSpecial = {
 
 // Two elements of a list of groups, where two of defaults are not allowed or have too little.
 const std::map<std::string, std::pair<std::string, std::string>> kElements = {
+    {"lights.marker.balls", {"{name: red}", "{name: green}"}},  // before those of `marker`
     {"marker.balls", {"{name: one, hue_rad: 0}", "{name: other, hue_rad: 3}"}},
     {"added_mass_coupling", {"{row: surge, column: sway}", "{row: sway, column: surge}"}},
     {"linear_damping_coupling", {"{row: surge, column: sway}", "{row: sway, column: surge}"}},

@@ -29,6 +29,14 @@ using testing::KeyCase;
 using testing::KeyCasesOf;
 using ::testing::Not;
 
+// But for those on keys that are switched off.
+std::vector<std::string> PresetRemarks(const batch::Plan& plan) {
+  std::vector<std::string> remarks = plan.remarks();
+  std::erase_if(remarks,
+                [](const auto& said) { return said.find(" changes no trial") != said.npos; });
+  return remarks;
+}
+
 struct Order {
   std::string base, preset, key;  // assignments
 
@@ -44,7 +52,7 @@ struct Order {
     trial::Scenario split = plan.ScenarioOf(plan.Trial(0));
     split.seed = made.seed;
     EXPECT_EQ(DifferenceOf(split, with_preset), "") << key << " then " << preset << " in a grid";
-    EXPECT_THAT(plan.remarks(), one_remark);
+    EXPECT_THAT(PresetRemarks(plan), one_remark);
   }
 
   void KeyLast(const KeyCase& of, size_t value) const {
@@ -59,7 +67,7 @@ struct Order {
     trial::Scenario split = plan.ScenarioOf(plan.Trial(0));
     split.seed = made.seed;
     EXPECT_EQ(DifferenceOf(split, made), "") << preset << " then " << key << " in a grid";
-    EXPECT_EQ(plan.remarks(), remarks);
+    EXPECT_EQ(PresetRemarks(plan), remarks);
   }
 
   // Whatever names a trial is what it has: presets come first among the values of a plan's trials.

@@ -153,6 +153,40 @@ CalibrationPlan LoadCalibrationPlan(const std::string& path) {
   return config::LoadLayers<CalibrationPlan>({path}, {});
 }
 
+namespace {
+
+// F of an image of the cell; nothing where the values are impossible together.
+std::optional<double> FitnessWith(const CalibrationPlan& plan, const std::vector<double>& values,
+                                  const RecognitionCell& cell) try {
+  const trial::Scenario scenario = RecognitionScenario(cell.marker, plan.Assignments(values));
+  const trial::FixedView view = ViewOf(scenario, cell);
+  return RunNearTruth(view, WaterOf(view, scenario, cell), scenario, cell, 1).fitness_mean;
+} catch (const ConfigError&) {
+  return std::nullopt;
+}
+
+// A value that the tables or the experiment give, or that is switched off, cannot be found.
+void RequireEffects(const CalibrationExperiment& experiment) {
+  const CalibrationPlan& plan = experiment.plan;
+  const std::vector<double> start = plan.Start();
+  for (size_t i = 0; i < start.size(); ++i) {
+    const auto changes = [&](const TableRow& row) {
+      const auto with = [&](double value) {
+        std::vector<double> values = start;
+        values[i] = value;
+        return FitnessWith(plan, values, row.cell);
+      };
+      const auto low = with(plan.parameters[i].low), high = with(plan.parameters[i].high);
+      return !low || !high || *low != *high;
+    };
+    if (std::ranges::none_of(experiment.rows, changes))
+      throw ConfigError(fmt::format("parameters[{}].key", i),
+                        plan.parameters[i].key + " changes nothing that this experiment sees");
+  }
+}
+
+}  // namespace
+
 CalibrationExperiment ExperimentOf(const CalibrationPlan& plan,
                                    const std::vector<TableRow>& tables) {
   // what the search will set and write can be read
@@ -176,6 +210,7 @@ CalibrationExperiment ExperimentOf(const CalibrationPlan& plan,
     const trial::FixedView view = ViewOf(start, cell);
     CamerasOf(view, WaterOf(view, start, cell), start, cell);
   }
+  RequireEffects(experiment);
   return experiment;
 }
 

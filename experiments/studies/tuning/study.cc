@@ -11,6 +11,7 @@
 #include "experiments/config/nearest_name.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/plain_text.h"
+#include "experiments/trial/switched_off.h"
 #include "sim/base/check.h"
 #include "sim/base/random.h"
 
@@ -19,20 +20,6 @@ namespace {
 
 constexpr const char* kGroup = "tuning";
 constexpr uint64_t kAnySet = 1;
-
-// Whether a trial's controller or estimator reads a key; of keys of neither, yes.
-bool IsRead(const std::string& key, const trial::Scenario& scenario) {
-  const trial::Plugins& plugins = scenario.plugins;
-  const auto is_of = [&key](const char* group, const std::string& name) {
-    return key.starts_with(JoinKey(group, name) + ".");
-  };
-  for (const std::string& name : plugins.controllers())
-    if (is_of("control", name)) return name == plugins.controller();
-  for (const std::string& name : plugins.estimators())
-    if (is_of("estimator", name))
-      return name == plugins.estimator() && scenario.pose_source == trial::PoseSource::kCameras;
-  return true;
-}
 
 }  // namespace
 
@@ -113,15 +100,10 @@ void Study::ReadGains(const config::YamlNode& ranges) {
       at.Fail("'" + key + "' is no number of a scenario" + config::DidYouMean(key, numbers));
     if (const std::string* where = varied.Find(key))
       at.Fail(key + " is tuned and has one value in all trials, but also " + *where);
-    bool is_read = false;
-    for (int64_t trial = 0; trial < plan_.trials() && !is_read; ++trial)
-      is_read = IsRead(key, plan_.ScenarioOf(plan_.Trial(trial)));
-    if (!is_read)
-      at.Fail(fmt::format("{} is read by no trial: their controller is {}, and they see {}", key,
-                          first.controller_name(),
-                          first.pose_source == trial::PoseSource::kCameras
-                              ? "through " + first.estimator_name()
-                              : "the true pose"));
+    std::string off = key;
+    for (int64_t trial = 0; trial < plan_.trials() && !off.empty(); ++trial)
+      off = trial::SwitchedOffBy(plan_.ScenarioOf(plan_.Trial(trial)), key);
+    if (!off.empty()) at.Fail(fmt::format("{} changes no trial: {}", key, off));
     start_.push_back(std::stod(config::ValueOf(first, key)));
     if (start_.back() < low || start_.back() > high)
       at.Fail(fmt::format("the search begins at the trials' {} = {}, which must be in [{}, {}]",

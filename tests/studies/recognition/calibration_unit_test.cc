@@ -13,13 +13,14 @@
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/report/json.h"
+#include "tests/support/message_of.h"
 
 namespace turbidock::recognition {
 namespace {
 
 FreeParameter Parameter(double low, double high, bool logarithmic) {
   FreeParameter p;
-  p.key = "water.milk_ml_m3";
+  p.key = "water.scattering_scale";
   p.low = p.start = low;
   p.high = high;
   p.logarithmic = logarithmic;
@@ -37,7 +38,8 @@ TEST(FreeParameter, PlacesAndValuesAreInverse) {
   EXPECT_DOUBLE_EQ(Parameter(0.5, 32, true).ValueAt(0.5), 4);
   CalibrationPlan plan;
   plan.parameters = {Parameter(0.5, 32, true)};
-  EXPECT_EQ(plan.Assignments({4.123456789}), std::vector<std::string>{"water.milk_ml_m3=4.1235"});
+  EXPECT_EQ(plan.Assignments({4.123456789}),
+            std::vector<std::string>{"water.scattering_scale=4.1235"});
 }
 
 TEST(FreeParameter, RefusesAnEmptyRange) {
@@ -153,6 +155,21 @@ TEST(CalibrationExperiment, CountsAnImpossiblePlaceAsPoorButNotAsAStart) {
   EXPECT_TRUE(impossible.constraints.empty());
   plan.parameters[0].start = -0.08;
   EXPECT_THROW(ExperimentOf(plan, {{cell, 0.5}}), ConfigError);
+}
+
+// What the tables' cells give, and what is switched off, cannot be found.
+TEST(CalibrationExperiment, RefusesAParameterWithoutEffect) {
+  const RecognitionCell cell{MarkerKind::kActive, 40, 0.6};
+  for (const char* key : {"water.milk_ml_m3", "start.distance_min_m", "water.snow.albedo"}) {
+    CalibrationPlan plan;
+    plan.parameters.resize(1);
+    plan.parameters[0] = {key, 0.3, 0.8, 0.5, false, "a test"};
+    EXPECT_THAT(turbidock::testing::MessageOf([&] {
+                  ExperimentOf(plan, {{cell, 0.5}});
+                }),
+                ::testing::HasSubstr(std::string("parameters[0].key: ") + key +
+                                     " changes nothing that this experiment sees"));
+  }
 }
 
 TEST(CalibrationExperiment, BothTablesCount) {
@@ -281,7 +298,7 @@ TEST(Calibrate, KeepsTheBestWhenItIsStopped) {
 TEST(Calibrate, GoesOnWhereItWasStopped) {
   const auto experiment = OneCell(RimPlan(), 0.5);
   const std::string through = TextOf(Calibrate({.generations = 3}, experiment));
-  const std::string file = testing::TempDir() + "calibrate_goes_on.sqlite";
+  const std::string file = ::testing::TempDir() + "calibrate_goes_on.sqlite";
   std::filesystem::remove(file);
   int stops = 0;
   CalibrationResult result;
@@ -307,7 +324,7 @@ TEST(Calibrate, GoesOnWhereItWasStopped) {
 
 // Of other seeds and tables: one line, and nothing of it is believed.
 TEST(Calibrate, RefusesAFileOfAnotherSearch) {
-  const std::string file = testing::TempDir() + "calibrate_other.sqlite";
+  const std::string file = ::testing::TempDir() + "calibrate_other.sqlite";
   std::filesystem::remove(file);
   Calibrate({.generations = 0, .file = file}, OneCell(RimPlan(), 0.5));
   EXPECT_THROW(Calibrate({.generations = 0, .seed = 2, .file = file}, OneCell(RimPlan(), 0.5)),

@@ -1,0 +1,91 @@
+#include "experiments/trial/switched_off.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "experiments/config/yaml_fields.h"
+
+namespace turbidock::trial {
+namespace {
+
+// Keys, or groups of them, that have no effect while `by` is as it is.
+struct Switched {
+  bool is_off;
+  std::string by;
+  std::vector<std::string> keys;
+};
+
+std::vector<std::string> AllBut(std::vector<std::string> names, const std::string& chosen,
+                                const std::string& group) {
+  std::erase(names, chosen);
+  for (std::string& name : names) name.insert(0, group + ".");
+  return names;
+}
+
+std::vector<Switched> AllSwitched(const Scenario& s) {
+  const bool is_blind = s.pose_source == PoseSource::kTruePose;
+  const bool is_by_hand = s.approach.mode == control::ApproachMode::kPilot;
+  const light::LampParams& lamps = s.light.lamps;
+  const std::string approach = "procedure.approach.";
+  return {
+      {is_blind,
+       "estimator.pose_source",
+       {"water", "lights", "cameras.optics", "cameras.sensor", "cameras.lens", "estimator.use",
+        "estimator.hue"}},
+      {is_blind, "estimator.pose_source", AllBut(s.plugins.estimators(), "", "estimator")},
+      {!is_blind, "estimator.pose_source", {"estimator.true_pose"}},
+      {true, "estimator.use", AllBut(s.plugins.estimators(), s.estimator_name(), "estimator")},
+      {true, "control.use", AllBut(s.plugins.controllers(), s.controller_name(), "control")},
+      {!lamps.enabled, "lights.lamps.enabled", {"lights.lamps"}},
+      {lamps.beam != light::BeamShape::kCosine,
+       "lights.lamps.beam",
+       {"lights.lamps.cosine_exponent"}},
+      {lamps.beam != light::BeamShape::kCone,
+       "lights.lamps.beam",
+       {"lights.lamps.cone_half_angle_rad", "lights.lamps.cone_soft_rad"}},
+      {!s.light.ball_lights.enabled, "lights.marker.enabled", {"lights.marker"}},
+      {s.sensor.transfer != camera::TransferCurve::kPower,
+       "cameras.sensor.transfer",
+       {"cameras.sensor.power"}},
+      {s.light.water.background != light::Background::kCustom,
+       "water.background",
+       {"water.absorption_per_m", "water.scattering_per_m", "water.asymmetry"}},
+      {s.snow.particles_per_m3 == 0, "water.snow.particles_per_m3", {"water.snow"}},
+      {!s.sea.tether.enabled, "sea.tether.enabled", {"sea.tether"}},
+      {s.sea.jonswap.significant_height_m == 0,
+       "sea.jonswap.significant_height_m",
+       {"sea.jonswap"}},
+      {!s.levelling.enabled, "control.levelling.enabled", {"control.levelling"}},
+      {s.start.placed(),
+       "start.position_m",
+       {"start.distance_min_m", "start.distance_max_m", "start.lateral_m", "start.vertical_m",
+        "start.heading_rad", "start.roll_rad", "start.pitch_rad"}},
+      {!s.approach.on(), approach + "mode", {"procedure.approach"}},
+      {!is_by_hand,
+       approach + "mode",
+       {approach + "hand_interval_s", approach + "hand_delay_s", approach + "hand_step_share"}},
+  };
+}
+
+}  // namespace
+
+std::string SwitchedOffBy(const Scenario& scenario, const std::string& key) {
+  for (const Switched& each : AllSwitched(scenario))
+    if (each.is_off && each.by != key && !each.by.starts_with(key + ".") &&
+        std::ranges::any_of(each.keys, [&key](const std::string& group) {
+          return key == group || key.starts_with(group + ".") || key.starts_with(group + "[");
+        }))
+      return each.by + " = " + config::TextOf(scenario, each.by);
+  return "";
+}
+
+std::vector<std::string> RemarksOn(const Scenario& scenario) {
+  std::vector<std::string> remarks = scenario.given.remarks;
+  for (const std::string& key : scenario.given.named)
+    if (const std::string by = SwitchedOffBy(scenario, key); !by.empty())
+      remarks.push_back(fmt::format("{} changes no trial: {}", key, by));
+  return remarks;
+}
+
+}  // namespace turbidock::trial
