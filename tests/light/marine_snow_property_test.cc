@@ -108,10 +108,9 @@ TEST(MarineSnow, IsAllThatIsInSight) {
   Rng poses(3, 0);
   int found = 0;
   for (int fall = 0; fall < 12; ++fall) {
-    const Eigen::Vector3d axis =
-        Eigen::Vector3d(poses.Uniform(-1, 1), poses.Uniform(-1, 1), 1).normalized();
-    const Pose X_WH(Eigen::Quaterniond(Eigen::AngleAxisd(poses.Uniform(-3, 3), axis)),
-                    {poses.Uniform(-9, 9), poses.Uniform(-9, 9), 0.7});
+    const Eigen::Vector3d axis{poses.Uniform(-1, 1), poses.Uniform(-1, 1), 1};
+    const Eigen::AngleAxisd turn{poses.Uniform(-3, 3), axis.normalized()};
+    const Pose X_WH{Eigen::Quaterniond(turn), {poses.Uniform(-9, 9), poses.Uniform(-9, 9), 0.7}};
     const Image3f image = Snowfall(params, X_WH).images.left;
     Rng drawn(5, 0);
     for (int i = 0; i < 40 * 27; ++i) {
