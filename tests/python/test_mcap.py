@@ -184,7 +184,7 @@ def test_pictures_are_those_kept_and_show_the_balls_where_the_truth_at_their_sta
 
 def test_stages_reasons_and_the_outcome_are_log_messages(docked):
     record = json.loads((docked / "result.json").read_text())
-    fps = turbidock.Scenario("sea_night_active").clock.frames_per_second
+    fps = turbidock.Scenario("sea_night_active").trial.clock.frames_per_second
     found = messages(docked / "trial.mcap", "/log")
     said = [(log_ns, m.message) for log_ns, _, m in found]
     assert len(record["transitions"]) == 3

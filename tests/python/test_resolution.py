@@ -20,6 +20,7 @@ BASES = ("pool_active", "approach_5m")
 
 # Elements of lists of groups, where two of defaults are not allowed.
 ELEMENTS = {
+    "lights.marker.balls": [{"name": "red"}, {"name": "green"}],  # before those of `marker`
     "marker.balls": [{"name": "one", "hue_rad": 0}, {"name": "other", "hue_rad": 3}],
     "_coupling": [{"row": "surge", "column": "sway"}, {"row": "sway", "column": "surge"}],
     "estimator.fiducial.tags": [{"id": 0}, {"id": 1}],

@@ -414,7 +414,7 @@ def test_a_controller_as_a_node_flies_the_trial_of_the_built_in_one(built_in, tm
 
 def test_lqg_as_a_node_that_is_slow_flies_the_trial_of_the_built_in_one(nothing_is_left):
     trial = ["sea_night_active", "--seed", "7", "--set", "estimator.pose_source=true_pose", "--set", "trial.duration_s=8"]
-    led = ["--set", "ros_wrench.setpoint.enabled=true"]
+    led = ["--set", "control.ros_wrench.setpoint.enabled=true"]
     done = ros("run", *trial, *led, "--json", "--answer", "wrench", environment=nothing_is_left,
                launch=f"exec {sys.executable} {HERE / 'ros_nodes/lqg.py'} sea_night_active slow")
     said(done, 0)
@@ -433,7 +433,7 @@ def test_workers_do_not_hear_each_other_and_a_node_that_is_killed_ends_its_trial
     assert sorted(theirs["outcome"])[0] == "no_answer" and "crashed" not in list(theirs["outcome"])
     assert len(list((tmp_path / "ros.nodes").iterdir())) == 4
     plain = subprocess.run([PROGRAM, "replay", tmp_path / "ros.db", "0"], capture_output=True, text=True, check=False)
-    assert re.fullmatch(r"turbidock: .*: controller = 'ros_volts', must be one of p_voltage, .* \(turbidock-ros .*\n", said(plain, 2))
+    assert re.fullmatch(r"turbidock: .*: control.use = 'ros_volts', must be one of p_voltage, .* \(turbidock-ros .*\n", said(plain, 2))
 
 
 def test_the_examples_dock(nothing_is_left):

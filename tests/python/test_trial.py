@@ -20,7 +20,7 @@ from conftest import QUICK, BlindController, CopiedController, CopiedPid, FixedE
 
 def test_run_is_the_programs_own(program):
     ours = turbidock.run("sea_night_active", seed=77, settings={**QUICK, "trial.duration_s": 8})
-    theirs = program("sea_night_active", seed=77, estimator__pose_source="true_pose", trial__duration_s=8)
+    theirs = program("sea_night_active", trial__seed=77, estimator__pose_source="true_pose", trial__duration_s=8)
     assert ours.digest == theirs["digest"]
     assert ours.outcome == theirs["outcome"]
     assert len(ours.trajectory) == 8 * 30
@@ -43,7 +43,7 @@ def test_the_log_has_every_digit(tmp_path):
 
 def test_its_files_are_the_programs_own(tmp_path, program):
     settings = {**QUICK, "trial.duration_s": 0.2}
-    program("pool_active", seed=3, out=tmp_path / "theirs", **settings)
+    program("pool_active", trial__seed=3, out=tmp_path / "theirs", **settings)
     theirs = (tmp_path / "theirs/resolved.yaml").read_text("utf-8")
     turbidock.run("pool_active", seed=3, settings=settings).save(tmp_path / "ours")
     assert (tmp_path / "ours/resolved.yaml").read_text("utf-8") == theirs
@@ -56,7 +56,7 @@ def test_its_files_are_the_programs_own(tmp_path, program):
 
 
 def test_stepped_with_images_it_is_the_same_trial(program):
-    theirs = program("pool_active", seed=5, duration_s=1.5)
+    theirs = program("pool_active", trial__seed=5, trial__duration_s=1.5)
     trial = turbidock.Trial("pool_active", seed=5, settings={"trial.duration_s": 1.5}, images=True)
     kept, copies = [], []
     for _ in trial:
@@ -165,7 +165,7 @@ def test_a_frame_stays_what_it_was():
 
 
 def test_a_python_copy_of_the_published_law_steers_the_same_trial(program):
-    theirs = program("paper_sea_night_active", seed=3, estimator__pose_source="true_pose", trial__duration_s=12)
+    theirs = program("paper_sea_night_active", trial__seed=3, estimator__pose_source="true_pose", trial__duration_s=12)
     law = turbidock.Scenario("paper_sea_night_active").control.p_voltage
     ours = turbidock.run(
         "paper_sea_night_active", seed=3, controller=CopiedController,
@@ -179,7 +179,7 @@ def test_a_python_copy_of_a_law_that_asks_for_forces_steers_the_same_trial(progr
     gains = {f"control.pid.{axis}.{key}": value for axis in ("surge", "sway", "heave", "yaw")
              for key, value in (("kp_per_s2", 0.5), ("ki_per_s3", 0), ("kd_per_s", 1.0),
                                 ("limit_share", 1))}
-    theirs = program("sea_night_active", seed=3, estimator__pose_source="true_pose", trial__duration_s=12,
+    theirs = program("sea_night_active", trial__seed=3, estimator__pose_source="true_pose", trial__duration_s=12,
                      control__use="pid", **{key.replace(".", "__"): value for key, value in {
                          **gains, "control.pid.yaw.aim": 0, "control.pid.setpoint.enabled": "false",
                          "control.pid.pose_filter.enabled": "true"}.items()})
@@ -213,7 +213,7 @@ def test_another_python_is_told_so(tmp_path):
 
 def test_scenarios_have_the_keys_and_errors_of_yaml():
     s = turbidock.Scenario("sea_night_active", seed=77, settings={"water.milk_ml_m3": 20})
-    assert s["seed"] == 77 and s.water.milk_ml_m3 == 20
+    assert s["trial.seed"] == 77 and s.water.milk_ml_m3 == 20
     s.water.milk_ml_m3 = 25
     assert s["water.milk_ml_m3"] == 25
     assert turbidock.Scenario.parse(s.to_yaml()).to_yaml() == s.to_yaml()
@@ -263,12 +263,12 @@ def test_ctrl_c_in_a_plug_in_is_a_keyboard_interrupt(plug_in):
 
 
 def test_a_prediction_bridges_the_last_leg():
-    blind = {**QUICK, "seed": 1, "trial.duration_s": 60, "estimator.true_pose.nearest_m": 0.45, "procedure.servo_x_m": 0.75,
+    blind = {**QUICK, "trial.seed": 1, "trial.duration_s": 60, "estimator.true_pose.nearest_m": 0.45, "procedure.servo_x_m": 0.75,
              "procedure.blind_max_s": 8}
 
     def reasons(does):
         ended = turbidock.run("sea_night_active", controller=BlindController,
-                              settings={**blind, "blind_controller.does": does})
+                              settings={**blind, "control.blind_controller.does": does})
         return [change["reason"] for change in ended.transitions]
 
     assert reasons("predict") != reasons("shrug")
