@@ -207,9 +207,9 @@ test("a chart's intervals are the program's, over strata", async () => {
   const {page, close} = await open('batch', 1440);
   const charts = await page.evaluate(() => globalThis.turbidock.model.success);
   const {across} = charts.axes.find(({key}) => key === 'control.use');
-  const [{low, high}] = charts.panels['controller|'].series;
+  const [{low, high}] = charts.panels['control.use|'].series;
   for (const {group, wilson} of groups) {
-    const k = across.names.indexOf(group.controller);
+    const k = across.names.indexOf(group['control.use']);
     assert.ok(Math.abs(low[k] - 100 * wilson[0]) + Math.abs(high[k] - 100 * wilson[1]) < 1e-9);
   }
   await close();
