@@ -23,6 +23,14 @@ std::vector<std::string> AllBut(std::vector<std::string> names, const std::strin
   return names;
 }
 
+template <class Params>
+std::vector<std::string> KeysOf(const std::string& group) {
+  std::vector<std::string> keys;
+  for (const config::KeyDoc& doc : config::ListKeys<Params>())
+    keys.push_back(JoinKey(group, doc.key));
+  return keys;
+}
+
 std::vector<Switched> AllSwitched(const Scenario& s) {
   const bool is_blind = s.pose_source == PoseSource::kTruePose;
   const bool is_by_hand = s.approach.mode == control::ApproachMode::kPilot;
@@ -62,6 +70,7 @@ std::vector<Switched> AllSwitched(const Scenario& s) {
        {"start.distance_min_m", "start.distance_max_m", "start.lateral_m", "start.vertical_m",
         "start.heading_rad", "start.roll_rad", "start.pitch_rad"}},
       {!s.approach.on(), approach + "mode", {"procedure.approach"}},
+      {!s.approach.on(), approach + "mode", KeysOf<vehicle::NavigationParams>("navigation")},
       {!is_by_hand,
        approach + "mode",
        {approach + "hand_interval_s", approach + "hand_delay_s", approach + "hand_step_share"}},

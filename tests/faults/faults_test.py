@@ -49,7 +49,7 @@ seeds: 2
 set: {estimator.pose_source: true_pose, control.use: pid, trial.duration_s: 5}
 tuning:
   gains:
-    - {key: pid.sway.kp_per_s2, low: 0.4, high: 42, scale: log}
+    - {key: control.pid.sway.kp_per_s2, low: 0.4, high: 42, scale: log}
   objective:
     - {metric: final_error_true_y_m, weight: 500}
   success_at_least: 0

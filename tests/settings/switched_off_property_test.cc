@@ -49,7 +49,7 @@ TEST(SwitchedOff, ChangesNoTrialOnTheTruePose) {
                                    "start.position_m=[-1.5, 0, 0]", "marker.may_differ=true"});
   EXPECT_GT(counts.at("estimator.pose_source = true_pose"), 150);
   EXPECT_GT(counts.at("control.use = lqg"), 100);
-  EXPECT_GT(counts.at("procedure.approach.mode = none"), 50);
+  EXPECT_GT(counts.at("procedure.approach.mode = none"), 80);
   EXPECT_EQ(counts.at("start.position_m = [-1.5, 0, 0]"), 14);
 }
 
