@@ -12,7 +12,6 @@
 namespace turbidock::config {
 namespace {
 
-using internal::FieldAt;
 using internal::Overloaded;
 using internal::TypeName;
 
