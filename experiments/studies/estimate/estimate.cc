@@ -23,8 +23,8 @@ double ShareSeenByBoth(const StereoRig& rig, const vision::SearchRange& range) {
   constexpr int kSteps = 20;
   int seen = 0;
   for (int i = 0; i < kSteps * kSteps * kSteps; ++i) {
-    const Eigen::Array3d share =
-        (Eigen::Array3d(i % kSteps, i / kSteps % kSteps, i / (kSteps * kSteps)) + 0.5) / kSteps;
+    const Eigen::Array3i step(i % kSteps, i / kSteps % kSteps, i / (kSteps * kSteps));
+    const Eigen::Array3d share = (step.cast<double>() + 0.5) / kSteps;
     const Eigen::Vector3d p_HM(range.x_min_m + share.x() * (range.x_max_m - range.x_min_m),
                                range.y_max_m * (2 * share.y() - 1),
                                range.z_max_m * (2 * share.z() - 1));

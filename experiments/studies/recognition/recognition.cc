@@ -25,7 +25,8 @@ std::string NameOfCell(const batch::TrialSpec& spec, const batch::Plan& plan) {
     const auto& [key, value] = spec.parameters[i];
     if (key == kMilk) continue;
     const bool is_name = key == "case" || key == "scenario";
-    name += (name.empty() ? "" : ", ") + (is_name ? value : key + " " + value);
+    name += name.empty() ? "" : ", ";
+    name += is_name ? value : fmt::format("{} {}", key, value);
   }
   return name;
 }
@@ -83,7 +84,7 @@ trial::Scenario RecognitionScenario(MarkerKind marker, const std::vector<std::st
   std::vector<std::string> all = {fmt::format("trial.scene=tank_{}.xml", NameOf(marker)),
                                   "cameras.optics=published"};
   all.insert(all.end(), assignments.begin(), assignments.end());
-  const trial::Scenario scenario =
+  trial::Scenario scenario =
       trial::LoadScenario(fmt::format("pool_{}", NameOf(marker)), all, "", plugins);
   if (scenario.pose_source != trial::PoseSource::kCameras)
     throw ConfigError("estimator.pose_source",
