@@ -100,7 +100,7 @@ void PrintTags(const std::string& file) {
 int List(const ListArguments& arguments) {
   const auto& [plugins, what, show, tags] = arguments;
   if (!show.empty())
-    std::fputs(trial::SaveScenario(trial::LoadScenario(show, {}, "", plugins)).c_str(), stdout);
+    std::fputs(trial::SaveResolved(trial::LoadScenario(show, {}, "", plugins), {}).c_str(), stdout);
   else if (!tags.empty())
     PrintTags(tags);
   else if (what == "all")

@@ -10,7 +10,6 @@
 #include <string_view>
 
 #include "experiments/config/yaml_fields.h"
-#include "experiments/statistics/intervals.h"
 #include "experiments/statistics/sampling.h"
 #include "experiments/system/plain_text.h"
 #include "experiments/trial/switched_off.h"
@@ -120,6 +119,9 @@ Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
   if (overrides.seeds) settings_.seeds = *overrides.seeds, settings_.precision = 0;
   config::CheckSettings(settings_, origins);
   title_ = settings_.description.empty() ? fs::path(file).stem().string() : settings_.description;
+  trial::Scenario any;
+  any.plugins = plugins_;
+  presets_ = config::PresetsOf(any);
   // In the order in which a trial takes their values. A case may say otherwise than `set`.
   ReadSet(plan, overrides.assignments);
   if (const auto cases = plan.Find("cases")) {
@@ -138,8 +140,7 @@ Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
   if (const auto random = plan.Find("random")) ReadRandom(*random);
   CountTrials(overrides.seeds ? "--seeds" : file + ": seeds");
   LoadScenarios(plan);
-  presets_ = config::PresetsOf(scenarios_.begin()->second);
-  CheckTrials(file);
+  CheckTrials(file, overrides.draws);
   if (const auto files = plan.Find("model_files")) RequireSameFiles(*files);
   trials_ = Resolve(plan);
 }
@@ -172,6 +173,7 @@ void Plan::ReadSet(const config::YamlNode& plan,
   std::vector<config::Assignment> all;
   if (const auto set = plan.Find("set"))
     for (const auto& [key, value] : set->Entries()) all.push_back({key, value});
+  PutPresetsFirst(&all);
   all.insert(all.end(), assignments.begin(), assignments.end());
   for (const config::Assignment& given : all) {
     RequireGivable(given.key, given.value);
@@ -377,6 +379,16 @@ std::optional<int64_t> Plan::NumberOf(const std::vector<Parameter>& parameters,
   return NumberOf(cell, sample);
 }
 
+void Plan::PutPresetsFirst(std::vector<config::Assignment>* values) const {
+  const auto rank = [this](const config::Assignment& given) {
+    const auto is_it = [&given](const std::string& preset) {
+      return preset == given.key || preset.starts_with(given.key + ".");
+    };
+    return std::ranges::find_if(presets_, is_it) - presets_.begin();
+  };
+  std::ranges::stable_sort(*values, {}, rank);
+}
+
 std::vector<config::Assignment> Plan::AssignmentsOf(
     const std::vector<Parameter>& parameters) const {
   std::vector<config::Assignment> values;
@@ -397,14 +409,7 @@ std::vector<config::Assignment> Plan::AssignmentsOf(
           {p.key, config::ParseYamlValue(p.value, distributions_.at(static_cast<size_t>(drawn)))});
     }
   }
-  const auto rank = [this](const config::Assignment& given) {
-    return std::ranges::find_if(presets_,
-                                [&given](const std::string& preset) {
-                                  return preset == given.key || preset.starts_with(given.key + ".");
-                                }) -
-           presets_.begin();
-  };
-  std::ranges::stable_sort(values, {}, rank);
+  PutPresetsFirst(&values);
   return values;
 }
 
@@ -459,11 +464,12 @@ void Plan::CheckDraws() {
     }
 }
 
-void Plan::CheckTrials(const std::string& file) {
+void Plan::CheckTrials(const std::string& file, bool draws) {
   // Without draws the trials of a cell's stratum differ in nothing but the seed.
   constexpr int64_t kMostDrawn = 10'000;  // a second's work
   const int64_t strata = std::max<int64_t>(1, std::ssize(strata_));
   const int64_t drawn = random_.empty() ? 0 : std::min(kMostDrawn / cells_, samples_);
+  trial::IdleKeys idle(draws);
   for (int64_t cell = 0; cell < cells_; ++cell)
     for (int64_t sample = 0; sample < std::max(strata, drawn); ++sample) {
       const TrialSpec spec = Trial(NumberOf(cell, sample));
@@ -471,22 +477,17 @@ void Plan::CheckTrials(const std::string& file) {
         const trial::Scenario scenario = ScenarioOf(spec);
         if (scenario.model_files.empty()) AddFiles(scenario);
         code_.insert(scenario.plugins.CodeInUse());
-        for (const std::string& remark : trial::RemarksOn(scenario))
+        for (const std::string& remark : scenario.given.remarks)
           if (std::ranges::count(remarks_, remark) == 0) remarks_.push_back(remark);
+        idle.Look(scenario);
       } catch (const ConfigError& error) {
         const std::string what = error.what();
         if (what.starts_with(file + ":") || what.starts_with(config::kFromSet)) throw;
         throw ConfigError(fmt::format("{}: trial {}: {}", file, spec.trial, what));
       }
     }
+  std::ranges::move(idle.Remarks(), std::back_inserter(remarks_));
   CheckDraws();
-}
-
-int64_t SamplesOf(int64_t seeds, double precision) {
-  if (!(precision > 0)) return seeds;
-  constexpr double kFinest = 0.001;  // a million trials
-  const int64_t needed = statistics::TrialsForHalfWidth(std::clamp(precision, kFinest, 0.5));
-  return (std::max(needed, seeds) + seeds - 1) / seeds * seeds;
 }
 
 }  // namespace turbidock::batch

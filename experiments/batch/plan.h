@@ -7,7 +7,7 @@
 //   scenario: sea_night_active         # a bundled scenario or a file
 //   seeds: 30                          # trials in each cell of the grid
 //   precision: 0.03                    # or more of them, until its success rate is known so well
-//   set: {duration_s: 90}              # in every trial
+//   set: {trial.duration_s: 90}        # in every trial
 //   grid:                              # every combination is a cell; `scenario` may be a key here
 //     water.milk_ml_m3: [0, 10, 20]
 //     sea.state: [calm, moderate]
@@ -15,9 +15,6 @@
 //     as planned: {}                   # of the grid
 //     one thruster weak: {vehicle.thrusters.effectiveness: [0.6, 1, 1, 1]}
 //     pool: {scenario: pool_active}    # this case's; else the plan's
-//   ranges:                            # one to three keys, over which `find` looks for the values
-//     sea.current.gust_std_mps: {from: 0, to: 0.2, success: falls}  # where success crosses a rate
-//   find: {rate: 0.9, width: 0.1}      # in place of `seeds`, `precision` and `strata`
 //   strata:                            # equally likely parts of the draws, met in turn by a cell
 //     near: {start.distance_min_m: 0.6, start.distance_max_m: 1}
 //     far: {start.distance_min_m: 1, start.distance_max_m: 1.4}
@@ -27,12 +24,19 @@
 //     cameras.sensor.read_noise_electrons: {log_uniform: [2, 20]}
 //     cameras.delay_frames: {choice: [1, 2, 3]}
 //
+// Or, in place of `seeds`, `precision` and `strata`:
+//
+//   ranges:                            # one to three keys, over which `find` looks for the values
+//     sea.current.gust_std_mps: {from: 0, to: 0.2, success: falls}  # where success crosses a rate
+//   find: {rate: 0.9, width: 0.1}
+//
 // Who uses a plan for more than a batch has a group of its own in it (kUseGroups), which decides
 // no trial.
 //
 // A trial's scenario is that of its file with `set`, its case, its cell of the grid, its stratum,
 // its draws and its seed set in this order by trial::Resolve, as `turbidock run --set` would, but
-// presets of a trial first, as in a file. Files that a plan names are beside it.
+// presets in `set`, and those of a trial, first, as in a file. Files that a plan names are beside
+// it.
 
 #include <cstdint>
 #include <map>
@@ -132,6 +136,7 @@ struct PlanOverrides {
   std::string use{};           // its group of kUseGroups; who reads none is told of them
   // What this use cannot take, and why: no file may give these keys.
   std::vector<PlanKey> refused{};
+  bool draws = false;  // it sees images, also of trials on the true pose
 };
 
 // A cell as a plan has it.
@@ -207,8 +212,10 @@ class Plan {
   void RequireSameFiles(const config::YamlNode& before) const;
   // Draws of the vehicle's keys that leave out its own value, as a study's that was copied may do.
   void CheckDraws();
-  void CheckTrials(const std::string& file);
+  void CheckTrials(const std::string& file, bool draws);
   // Presets come first, as in a file: what else a trial is named by is what it has.
+  // As in a file: what else a trial is named by is what it has.
+  void PutPresetsFirst(std::vector<config::Assignment>* values) const;
   std::vector<config::Assignment> AssignmentsOf(const std::vector<Parameter>& parameters) const;
   double DrawOf(const RandomKey& random, const std::string& cell, int64_t sample) const;
   std::string Resolve(const config::YamlNode& plan) const;

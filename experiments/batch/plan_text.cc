@@ -10,6 +10,7 @@
 #include "experiments/batch/plan.h"
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/statistics/intervals.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/plain_text.h"
 
@@ -140,6 +141,13 @@ std::vector<config::KeyDoc> PlanKeys() {
                     .range = "",
                     .doc = what});
   return docs;
+}
+
+int64_t SamplesOf(int64_t seeds, double precision) {
+  if (!(precision > 0)) return seeds;
+  constexpr double kFinest = 0.001;  // a million trials
+  const int64_t needed = statistics::TrialsForHalfWidth(std::clamp(precision, kFinest, 0.5));
+  return (std::max(needed, seeds) + seeds - 1) / seeds * seeds;
 }
 
 Plan LoadPlan(const std::string& name, const PlanOverrides& overrides) {

@@ -12,6 +12,7 @@
 
 #include "experiments/config/nearest_name.h"
 #include "experiments/media/figure.h"
+#include "experiments/trial/scenario.h"
 #include "sim/base/fields.h"
 
 namespace turbidock::command {
@@ -294,7 +295,7 @@ std::optional<int> CommandLine::Run() const {
 void SetSeed(const std::string& seed, std::vector<std::string>* assignments) {
   if (seed.empty()) return;
   for (const std::string& given : *assignments)
-    if (given.starts_with("trial.seed="))
+    if (trial::GivesSeed(given))
       throw ConfigError(fmt::format("--seed {} and --set {}: give one of them", seed, given));
   assignments->push_back("trial.seed=" + seed);
 }

@@ -9,9 +9,9 @@
 // Whatever is wrong is a ConfigError with the file and line of the offending key, a line for each
 // mistake in a file:
 //
-//   night_sea.yaml:12: camera.baseline_m = 'abc', must be a number
+//   night_sea.yaml:12: cameras.rig.baseline_m = 'abc', must be a number
 //   night_sea.yaml:14: water.milk_ml_m4: unknown key; did you mean milk_ml_m3?
-//   --set camera.baseline_m = -0.1, must be in [0.01, 1]
+//   --set cameras.rig.baseline_m = -0.1, must be in [0.01, 1]
 
 #include <Eigen/Core>
 #include <cstdint>

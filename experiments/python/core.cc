@@ -200,6 +200,7 @@ int64_t Dataset(GivenPlan given, const std::string& out, int64_t pairs_per_shard
                 int workers, const py::object& progress) {
   if (pairs_per_shard < 1) throw py::value_error("pairs_per_shard must be at least 1");
   given.overrides.refused = dataset::RefusedKeys();
+  given.overrides.draws = true;
   dataset::DatasetOptions options{
       .pairs_per_shard = pairs_per_shard, .depth = depth, .jobs = JobsOf(workers)};
   return Reporting(progress, [&](Reporter* reporter) {
@@ -304,6 +305,7 @@ PYBIND11_MODULE(_core, module) {
   AddRunning(&module);
   AddPredict(&module);
 
+  module.def("gives_seed", &trial::GivesSeed);
   module.def("names", [](const std::string& folder) { return config::BundledNames(folder); });
   module.def("version", &system::VersionAndCommit);
   module.def("data_dir", &config::DataDir);

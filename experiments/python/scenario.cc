@@ -2,6 +2,7 @@
 
 // first: it declares what yaml_fields.h defines
 #include "experiments/trial/scenario.h"
+#include "experiments/trial/switched_off.h"
 
 #include <fmt/ranges.h>
 
@@ -112,8 +113,14 @@ void AddScenario(py::module_* module) {
            [](Scenario* scenario, const std::vector<std::string>& assignments) {
              trial::Resolve(config::ParseAssignments(assignments), scenario);
            })
-      // What presets undid since this was asked last.
-      .def("remarks", [](Scenario* scenario) { return std::exchange(scenario->given.remarks, {}); })
+      // What presets undid since this was asked last, and what was named and is switched off.
+      .def("remarks",
+           [](Scenario* scenario) {
+             std::vector<std::string> remarks = trial::RemarksOn(*scenario);
+             scenario->given.remarks.clear();
+             scenario->given.named.clear();
+             return remarks;
+           })
       .def("get",
            [](Scenario* scenario, const std::vector<std::string>& words) {
              return ValueOf(FieldOf(scenario, words));

@@ -304,6 +304,11 @@ Scenario LoadScenario(const std::string& name, const std::vector<config::Assignm
   return scenario;
 }
 
+bool GivesSeed(const std::string& assignment) {
+  return std::ranges::any_of(config::LeavesOf({config::ParseAssignment(assignment)}),
+                             [](const auto& leaf) { return leaf.key == "trial.seed"; });
+}
+
 std::vector<config::Assignment> GivenBy(const std::string& gains_file,
                                         const std::vector<std::string>& assignments) {
   std::vector<config::Assignment> given;

@@ -75,11 +75,11 @@ struct StartParams {
           "attitude in the world's frame W at a given start position: unit quaternion w, x, y, z; "
           "level and ahead unless given");
     field("velocity_mps", self.velocity_mps, InRange(-10, 10),
-          "velocity at a given start position, along the axes of the vehicle's frame B: ahead, "
-          "left, up; 0 unless given");
+          "velocity at the start, along the axes of the vehicle's frame B: ahead, left, up; 0 "
+          "unless given");
     field("turn_rate_rad_s", self.turn_rate_rad_s, InRange(-10, 10),
-          "turn rate at a given start position, about the axes of the vehicle's frame B: ahead, "
-          "left, up; 0 unless given");
+          "turn rate at the start, about the axes of the vehicle's frame B: ahead, left, up; 0 "
+          "unless given");
   }
   void Check(const std::string& path) const;
 
@@ -347,6 +347,9 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
                       const std::string& gains_file = "", const Plugins& plugins = {});
 Scenario LoadScenario(const std::string& name, const std::vector<config::Assignment>& given,
                       const Plugins& plugins);
+
+// Whether "key=value" gives the trial its seed, also within its group.
+bool GivesSeed(const std::string& assignment);
 
 // What a command line gives: a gains file, if there is one, then assignments.
 std::vector<config::Assignment> GivenBy(const std::string& gains_file,

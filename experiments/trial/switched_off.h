@@ -1,6 +1,8 @@
 #pragma once
 // Keys that change no trial because another key is as it is.
 
+#include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -13,8 +15,24 @@ namespace turbidock::trial {
 // values that merely happen not to matter are not.
 std::string SwitchedOffBy(const Scenario& scenario, const std::string& key);
 
+// Over one scenario or more: which of the keys that were named (config::GivenKeys) change none.
+class IdleKeys {
+ public:
+  // `draws`: images are looked at, also of trials on the true pose.
+  explicit IdleKeys(bool draws = false) : draws_(draws) {}
+
+  void Look(const Scenario& scenario);
+  // "water.asymmetry changes no trial: water.background = pure", by key.
+  std::vector<std::string> Remarks() const;
+
+ private:
+  bool draws_;
+  std::map<std::string, std::string> off_;  // by what, where it was first named
+  std::set<std::string> on_;
+};
+
 // What people should know of how the scenario was set, a sentence each: what presets undid of it,
-// and what was named but is switched off.
+// and what was named and is idle.
 std::vector<std::string> RemarksOn(const Scenario& scenario);
 
 }  // namespace turbidock::trial

@@ -321,6 +321,8 @@ TEST_F(CommandLine, ARelativeModelIsFoundBesideItsScenarioAndResolvedYamlRunsAny
 }
 
 TEST_F(CommandLine, SeedsAreNotBent) {
+  for (const char* given : {"trial.seed=5", "trial={seed: 5}"})
+    ExpectBadInput({"run", "pool_active", "--seed", "3", "--set", given}, {"give one of them"});
   ExpectBadInput({"run", "pool_active", "--seed", "99999999999999999999"}, {"seed"});
   ExpectBadInput({"run", "pool_active", "--seed", "1.5"}, {"seed"});
 }

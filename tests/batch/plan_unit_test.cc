@@ -173,6 +173,32 @@ TEST(Plan, SaysAllItsKeys) {
               HasSubstr("plan.yaml:3: strate: unknown key; did you mean strata? Allowed: " + all));
 }
 
+// Those in its header, the second of which stands in place of keys of the first.
+TEST(Plan, ExamplesAreRead) {
+  std::ifstream header(TURBIDOCK_TEST_DATA "/../../experiments/batch/plan.h");
+  std::vector<std::string> examples(1);
+  bool is_in = false;
+  for (std::string line; std::getline(header, line) && examples.size() < 3;) {
+    const bool is_line = line.starts_with("//   ");
+    if (is_line) examples.back() += line.substr(5) + "\n";
+    if (is_in && !is_line) examples.emplace_back();
+    is_in = is_line;
+  }
+  const Plan grid(examples.at(0), "plan.yaml");
+  EXPECT_EQ(grid.cells(), 18);
+  EXPECT_EQ(grid.keys().size(), 8u);
+  EXPECT_TRUE(Plan("schema_version: 1\nscenario: sea_night_active\n" + examples.at(1), "plan.yaml")
+                  .decides());
+}
+
+TEST(Plan, PutsPresetsFirstInItsSet) {
+  const Plan plan = Make(
+      "scenario: pool_active\nset: {vehicle.rigid_body.mass_kg: 18, "
+      "vehicle.model: bluerov2_heavy.xml}\n");
+  EXPECT_EQ(plan.ScenarioOf(plan.Trial(0)).vehicle.rigid_body.mass_kg, 18);
+  EXPECT_TRUE(plan.remarks().empty());
+}
+
 TEST(Plan, RefusesCasesThatSayNothingOrTwice) {
   EXPECT_THAT(ErrorOf("cases: {}\n"), HasSubstr("cases: must be a map of names"));
   EXPECT_THAT(ErrorOf("cases: [1]\n"), HasSubstr("plan.yaml:3: cases"));

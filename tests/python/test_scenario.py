@@ -33,12 +33,33 @@ def test_a_text_is_not_read_as_yaml():
 
 
 def test_a_preset_that_undoes_what_was_given_warns():
-    s = turbidock.Scenario("pool_active")
+    s = turbidock.Scenario("approach_5m")
     s.navigation.position_walk_m = 0.35
-    with pytest.warns(UserWarning, match="also sets what was given before: navigation.position_walk_m"):
+    with pytest.warns(UserWarning, match="also sets what was given before: .*navigation.position_walk_m"):
         s.navigation.preset = "usbl"
     with pytest.warns(UserWarning, match="navigation.preset = usbl also sets"):
         turbidock.Scenario("approach_5m", settings={"navigation.preset": "usbl"})
+
+
+def test_what_is_switched_off_warns_where_it_is_set():
+    with pytest.warns(UserWarning, match="water.milk_ml_m3 changes no trial: estimator.pose_source = true_pose") as said:
+        s = turbidock.Scenario("pool_active", settings={"water.milk_ml_m3": 3, "estimator.pose_source": "true_pose"})
+    assert said[0].filename == __file__
+    with pytest.warns(UserWarning, match="control.pid.yaw.kp_per_s2 changes no trial: control.use = lqg") as said:
+        s.control.pid.yaw.kp_per_s2 = 2
+    assert len(said) == 1 and said[0].filename == __file__
+
+
+def test_groups_are_read_as_mappings_are():
+    water = turbidock.Scenario("pool_active").water
+    assert "milk_ml_m3" in water and "milk" not in water
+    assert list(water) == water.keys() == list(dict(water))
+
+
+def test_a_seed_is_given_once():
+    for settings in ({"trial.seed": 4}, {"trial": {"seed": 4}}, ["trial={seed: 4}"]):
+        with pytest.raises(turbidock.ConfigError, match="give one of them"):
+            turbidock.Scenario("pool_active", seed=3, settings=settings)
 
 
 def test_lists_of_groups_index_and_iterate():

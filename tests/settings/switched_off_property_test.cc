@@ -86,6 +86,16 @@ TEST(SwitchedOff, IsRemarkedOnWhereItIsNamed) {
   EXPECT_THAT(plan_remarks("set: {water.background: clear}\ngrid: {" + axis + "}\n"),
               ElementsAre("water.scattering_per_m changes no trial: water.background = clear"));
   EXPECT_THAT(plan_remarks("grid: {" + axis + "}\n"), IsEmpty());
+  // Only of what no trial reads, and once.
+  const std::string gain = "set: {control.pid.sway.kp_per_s2: 3}\n";
+  EXPECT_THAT(plan_remarks(gain + "grid: {control.use: [lqg, pid]}\n"), IsEmpty());
+  EXPECT_THAT(plan_remarks(gain + "grid: {control.use: [lqg, p_voltage]}\n"),
+              ElementsAre("control.pid.sway.kp_per_s2 changes no trial: control.use = lqg"));
+  const std::string blind =
+      "schema_version: 1\nscenario: pool_active\nset: {water.milk_ml_m3: 9, "
+      "estimator.pose_source: true_pose}\n";
+  EXPECT_EQ(batch::Plan(blind, "plan.yaml").remarks().size(), 1u);
+  EXPECT_THAT(batch::Plan(blind, "plan.yaml", {.draws = true}).remarks(), IsEmpty());
 }
 
 }  // namespace

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import os
 import re
+import sys
 import warnings
-from typing import TYPE_CHECKING, Any, Iterable, Mapping, Union
+from types import FrameType
+from typing import TYPE_CHECKING, Any, Iterable, Iterator, Mapping, Union
 
 from . import _core
 from .plug_in import chosen, plugins_of
@@ -64,8 +66,13 @@ class Group:
         self._warn()
 
     def _warn(self) -> None:
+        # At the line outside this package that set it.
+        frame: FrameType | None = sys._getframe()
+        level = 1
+        while frame and frame.f_globals.get("__package__") == __package__:
+            frame, level = frame.f_back, level + 1
         for remark in self._cpp.remarks():
-            warnings.warn(remark, stacklevel=3)
+            warnings.warn(remark, stacklevel=level)
 
     if not TYPE_CHECKING:  # which knows the keys, by _keys.pyi
 
@@ -83,6 +90,12 @@ class Group:
     def keys(self) -> list[str]:
         """Names of the keys in this group."""
         return list(self._found())
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.keys())
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.keys()
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self.keys()]
@@ -159,6 +172,7 @@ def scenario_of(scenario: Scenario | Path, *, seed: int | None = None, settings:
         raise TypeError("give controller, estimator, plugins and gains to the Scenario")
     made = scenario.copy()
     made._cpp.set(_with_seed(seed, settings))
+    made._warn()
     return made
 
 
@@ -166,7 +180,7 @@ def _with_seed(seed: int | None, settings: Settings) -> list[str]:
     assignments = assignments_of(settings)
     if seed is None:
         return assignments
-    if any(given.startswith("trial.seed=") for given in assignments):
+    if any(map(_core.gives_seed, assignments)):
         raise _core.ConfigError("seed: is given by itself and in settings: give one of them")
     return [*assignments, f"trial.seed={seed}"]
 

@@ -59,7 +59,8 @@ Study::Study(const config::YamlNode& study, const trial::Plugins& plugins)
       plan_(study, {.plugins = plugins,
                     .use = kGroup,
                     .refused = {{"precision", "a study runs exactly `seeds` trials in each cell"},
-                                batch::kNoRanges}}),
+                                batch::kNoRanges},
+                    .draws = true}),  // its proof goes through the cameras
       settings_(batch::ReadUse<TuningSettings>(study, kGroup)) {
   const config::YamlNode group = *study.Find(kGroup);
   ReadObjective(*group.Find("objective"));

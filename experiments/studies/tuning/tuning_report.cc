@@ -189,7 +189,7 @@ report::Section GainsSection(const Study& study, const TuningResult& result) {
 std::string GainsYaml(const Study& study, const TuningResult& result) {
   const trial::Scenario scenario = study.ScenarioOf(study.plan(), 0, result.tuned);
   YAML::Node gains(YAML::NodeType::Map);
-  const std::string controller = scenario.controller_name();
+  const std::string& controller = scenario.controller_name();
   gains["control"]["use"] = controller;
   gains["control"][controller] = YAML::Load(trial::SaveScenario(scenario))["control"][controller];
   for (size_t i = 0; i < result.tuned.size(); ++i) {
