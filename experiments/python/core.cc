@@ -107,7 +107,7 @@ class Reporter {
 template <class Do>
 auto Reporting(const py::object& progress, const Do& act) {
   Reporter reporter(progress);
-  const auto done = [&] {
+  auto done = [&] {
     const py::gil_scoped_release free;
     return act(&reporter);
   }();
@@ -271,6 +271,7 @@ std::string Gate(const std::string& file, const trial::Plugins& plugins,
 // The program with these plug-ins; its exit code.
 int Main(std::vector<std::string> arguments, const trial::Plugins& plugins) {
   std::vector<char*> argv;
+  argv.reserve(arguments.size() + 1);
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   const py::gil_scoped_release free;
