@@ -140,7 +140,7 @@ Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
   if (const auto random = plan.Find("random")) ReadRandom(*random);
   CountTrials(overrides.seeds ? "--seeds" : file + ": seeds");
   LoadScenarios(plan);
-  CheckTrials(file, overrides.draws);
+  CheckTrials(file, overrides.sees_images);
   if (const auto files = plan.Find("model_files")) RequireSameFiles(*files);
   trials_ = Resolve(plan);
 }
@@ -464,12 +464,12 @@ void Plan::CheckDraws() {
     }
 }
 
-void Plan::CheckTrials(const std::string& file, bool draws) {
+void Plan::CheckTrials(const std::string& file, bool sees_images) {
   // Without draws the trials of a cell's stratum differ in nothing but the seed.
   constexpr int64_t kMostDrawn = 10'000;  // a second's work
   const int64_t strata = std::max<int64_t>(1, std::ssize(strata_));
   const int64_t drawn = random_.empty() ? 0 : std::min(kMostDrawn / cells_, samples_);
-  trial::IdleKeys idle(draws);
+  trial::IdleKeys idle(sees_images);
   for (int64_t cell = 0; cell < cells_; ++cell)
     for (int64_t sample = 0; sample < std::max(strata, drawn); ++sample) {
       const TrialSpec spec = Trial(NumberOf(cell, sample));

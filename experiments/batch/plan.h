@@ -136,7 +136,7 @@ struct PlanOverrides {
   std::string use{};           // its group of kUseGroups; who reads none is told of them
   // What this use cannot take, and why: no file may give these keys.
   std::vector<PlanKey> refused{};
-  bool draws = false;  // it sees images, also of trials on the true pose
+  bool sees_images = false;  // also of trials on the true pose
 };
 
 // A cell as a plan has it.
@@ -210,9 +210,10 @@ class Plan {
   const std::string& ScenarioNameOf(const std::vector<Parameter>& parameters) const;
   void AddFiles(trial::Scenario scenario);
   void RequireSameFiles(const config::YamlNode& before) const;
-  // Draws of the vehicle's keys that leave out its own value, as a study's that was copied may do.
+  // Ends that a key may not have; and of the vehicle's keys draws that leave out its own value, as
+  // a study's that was copied may do.
   void CheckDraws();
-  void CheckTrials(const std::string& file, bool draws);
+  void CheckTrials(const std::string& file, bool sees_images);
   // Presets come first, as in a file: what else a trial is named by is what it has.
   // As in a file: what else a trial is named by is what it has.
   void PutPresetsFirst(std::vector<config::Assignment>* values) const;

@@ -200,7 +200,7 @@ int64_t Dataset(GivenPlan given, const std::string& out, int64_t pairs_per_shard
                 int workers, const py::object& progress) {
   if (pairs_per_shard < 1) throw py::value_error("pairs_per_shard must be at least 1");
   given.overrides.refused = dataset::RefusedKeys();
-  given.overrides.draws = true;
+  given.overrides.sees_images = true;
   dataset::DatasetOptions options{
       .pairs_per_shard = pairs_per_shard, .depth = depth, .jobs = JobsOf(workers)};
   return Reporting(progress, [&](Reporter* reporter) {

@@ -32,11 +32,12 @@ std::vector<std::string> KeysOf(const std::string& group) {
   return keys;
 }
 
-std::vector<Switched> AllSwitched(const Scenario& s, bool draws) {
+std::vector<Switched> AllSwitched(const Scenario& s, bool sees_images) {
+  // once: every key of it is listed
   static const std::vector<std::string> navigation =
       KeysOf<vehicle::NavigationParams>("navigation");
   const bool is_true_pose = s.pose_source == PoseSource::kTruePose,
-             is_blind = is_true_pose && !draws;
+             is_blind = is_true_pose && !sees_images;
   const bool is_by_hand = s.approach.mode == control::ApproachMode::kPilot;
   const light::LampParams& lamps = s.light.lamps;
   const std::string approach = "procedure.approach.";
@@ -101,12 +102,12 @@ std::string ByWhat(const std::vector<Switched>& all, const Scenario& scenario,
 }  // namespace
 
 std::string SwitchedOffBy(const Scenario& scenario, const std::string& key) {
-  return ByWhat(AllSwitched(scenario, /*draws=*/false), scenario, key);
+  return ByWhat(AllSwitched(scenario, /*sees_images=*/false), scenario, key);
 }
 
 void IdleKeys::Look(const Scenario& scenario) {
   if (scenario.given.named.empty()) return;
-  const std::vector<Switched> all = AllSwitched(scenario, draws_);
+  const std::vector<Switched> all = AllSwitched(scenario, sees_images_);
   for (const std::string& key : scenario.given.named) {
     if (on_.contains(key)) continue;
     if (const std::string by = ByWhat(all, scenario, key); by.empty())

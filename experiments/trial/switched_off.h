@@ -18,15 +18,15 @@ std::string SwitchedOffBy(const Scenario& scenario, const std::string& key);
 // Over one scenario or more: which of the keys that were named (config::GivenKeys) change none.
 class IdleKeys {
  public:
-  // `draws`: images are looked at, also of trials on the true pose.
-  explicit IdleKeys(bool draws = false) : draws_(draws) {}
+  // `sees_images`: whether images are looked at, also of trials on the true pose.
+  explicit IdleKeys(bool sees_images = false) : sees_images_(sees_images) {}
 
   void Look(const Scenario& scenario);
   // "water.asymmetry changes no trial: water.background = pure", by key.
   std::vector<std::string> Remarks() const;
 
  private:
-  bool draws_;
+  bool sees_images_;
   std::map<std::string, std::string> off_;  // by what, where it was first named
   std::set<std::string> on_;
 };

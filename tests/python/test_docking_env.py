@@ -111,6 +111,9 @@ def test_the_same_seed_is_the_same_episode():
 
 
 def test_bad_actions_and_options_are_named():
+    for given in ({"settings": {"trial": {"seed": 3}}}, {"random": {"trial.seed": {"uniform": [0, 1]}}}):
+        with pytest.raises(ValueError, match="seed: reset"):
+            gymnasium.make("turbidock/Docking-v0", **given)
     env = gymnasium.make("turbidock/Docking-v0", settings=QUICK).unwrapped
     with pytest.raises(RuntimeError, match="before reset"):
         env.step(np.zeros(4))

@@ -26,8 +26,9 @@ constexpr const char* kBase = "pool_active";
 // does.
 std::map<std::string, int> SwitchedOff(
     const std::vector<std::string>& given,
-    const std::function<bool(const std::string& by)>& is_tried = [](const auto&) { return true; }) {
-  const trial::Scenario base = trial::LoadScenario(kBase, given);
+    const std::function<bool(const std::string& by)>& is_tried = [](const auto&) { return true; },
+    const char* name = kBase) {
+  const trial::Scenario base = trial::LoadScenario(name, given);
   const std::string digest = trial::RunTrial(base).digest;
   std::map<std::string, int> counts;
   for (const KeyCase& of : testing::KeyCasesOf(kBase)) {
@@ -36,7 +37,7 @@ std::map<std::string, int> SwitchedOff(
     for (size_t value = 0; value < of.values.size(); ++value) {
       std::vector<std::string> with = given;
       for (const std::string& each : of.Assignments(value)) with.push_back(each);
-      EXPECT_EQ(trial::RunTrial(trial::LoadScenario(kBase, with)).digest, digest)
+      EXPECT_EQ(trial::RunTrial(trial::LoadScenario(name, with)).digest, digest)
           << with.back() << ", " << by;
       ++counts[by];
     }
@@ -64,6 +65,36 @@ TEST(SwitchedOff, ChangesNoTrialThroughTheCameras) {
   EXPECT_GT(counts.at("estimator.pose_source = cameras"), 10);
   EXPECT_EQ(counts.at("water.background = pure"), 6);
   EXPECT_EQ(counts.at("water.snow.particles_per_m3 = 0"), 6);
+}
+
+// What lamps and marker throw back, and hues that tags have no use for.
+TEST(SwitchedOff, ChangesNoTrialInOtherLight) {
+  const std::vector<std::string> brief = {"trial.duration_s=0.1", "marker.may_differ=true"};
+  std::vector<std::string> lamps = brief, cone;
+  lamps.insert(lamps.end(), {"lights.lamps.enabled=true", "lights.marker.enabled=false"});
+  cone = lamps;
+  cone.push_back("lights.lamps.beam=cone");
+  const auto is_light = [](const std::string& by) { return by.starts_with("lights."); };
+  const auto of_cosine = SwitchedOff(lamps, is_light), of_cone = SwitchedOff(cone, is_light);
+  EXPECT_EQ(of_cosine.at("lights.lamps.beam = cosine"), 4);
+  EXPECT_EQ(of_cone.at("lights.lamps.beam = cone"), 2);
+  EXPECT_GT(of_cone.at("lights.marker.enabled = false"), 8);
+  const auto of_tags = SwitchedOff(
+      brief, [](const std::string& by) { return by == "estimator.use = fiducial"; },
+      "pool_fiducial");
+  EXPECT_GT(of_tags.at("estimator.use = fiducial"), 20);
+}
+
+// To the end: what matters only after docking, or in its last centimetres.
+TEST(SwitchedOff, ChangesNoDocking) {
+  const std::vector<std::string> given = {"estimator.pose_source=true_pose", "control.use=lqg",
+                                          "trial.duration_s=40", "marker.may_differ=true"};
+  EXPECT_TRUE(trial::RunTrial(trial::LoadScenario(kBase, given)).success());
+  const auto counts = SwitchedOff(given, [](const std::string& by) {
+    return by.starts_with("procedure.cycles") || by.starts_with("procedure.blind");
+  });
+  EXPECT_EQ(counts.at("procedure.cycles = 1"), 2);
+  EXPECT_EQ(counts.at("procedure.blind_max_s = 0"), 2);
 }
 
 TEST(SwitchedOff, IsRemarkedOnWhereItIsNamed) {
@@ -95,7 +126,7 @@ TEST(SwitchedOff, IsRemarkedOnWhereItIsNamed) {
       "schema_version: 1\nscenario: pool_active\nset: {water.milk_ml_m3: 9, "
       "estimator.pose_source: true_pose}\n";
   EXPECT_EQ(batch::Plan(blind, "plan.yaml").remarks().size(), 1u);
-  EXPECT_THAT(batch::Plan(blind, "plan.yaml", {.draws = true}).remarks(), IsEmpty());
+  EXPECT_THAT(batch::Plan(blind, "plan.yaml", {.sees_images = true}).remarks(), IsEmpty());
 }
 
 }  // namespace

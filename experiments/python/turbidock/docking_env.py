@@ -97,7 +97,7 @@ class DockingEnv(gymnasium.Env):
             raise ValueError(f"render_mode: {render_mode!r} must be None or 'rgb_array'")
         self.render_mode = render_mode
         self._frames_per_action = frames_per_action
-        if "trial.seed" in {*(settings or {}), *(random or {})}:
+        if "trial.seed" in (random or {}) or any(map(_core.gives_seed, assignments_of(settings))):
             raise ValueError("seed: reset(seed=...) gives the episodes theirs")
         self._scenario = Scenario(scenario, settings=settings)
         self._random = {key: as_yaml(value) for key, value in (random or {}).items()}

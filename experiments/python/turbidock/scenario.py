@@ -69,7 +69,7 @@ class Group:
         # At the line outside this package that set it.
         frame: FrameType | None = sys._getframe()
         level = 1
-        while frame and frame.f_globals.get("__package__") == __package__:
+        while frame and (frame.f_globals.get("__package__") or "").partition(".")[0] == __package__:
             frame, level = frame.f_back, level + 1
         for remark in self._cpp.remarks():
             warnings.warn(remark, stacklevel=level)

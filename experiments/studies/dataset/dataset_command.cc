@@ -46,7 +46,7 @@ void AddDataset(command::CommandLine& line) {
       &Make);
   arguments.plan.AddTo(&dataset, line.plugins());
   arguments.plan.overrides.refused = RefusedKeys();
-  arguments.plan.overrides.draws = true;
+  arguments.plan.overrides.sees_images = true;
   dataset
       .Add("--out FOLDER", arguments.out,
            "Where: BOP layout with COCO keypoints beside it; shards that are there are kept")

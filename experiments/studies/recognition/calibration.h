@@ -106,8 +106,9 @@ struct CalibrationExperiment {
   TURBIDOCK_FIELDS(plan, rows)
 };
 
-// ConfigError for a key, or an element of a list, that cannot be set or written, and for start
-// values that are impossible together.
+// ConfigError for a key, or an element of a list, that cannot be set or written, for start
+// values that are impossible together, and for a key that changes F in none of these rows. That
+// takes two images a key, and where there is such a key two a row.
 CalibrationExperiment ExperimentOf(const CalibrationPlan& plan,
                                    const std::vector<TableRow>& tables);
 

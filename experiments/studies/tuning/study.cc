@@ -60,7 +60,7 @@ Study::Study(const config::YamlNode& study, const trial::Plugins& plugins)
                     .use = kGroup,
                     .refused = {{"precision", "a study runs exactly `seeds` trials in each cell"},
                                 batch::kNoRanges},
-                    .draws = true}),  // its proof goes through the cameras
+                    .sees_images = true}),  // its proof goes through the cameras
       settings_(batch::ReadUse<TuningSettings>(study, kGroup)) {
   const config::YamlNode group = *study.Find(kGroup);
   ReadObjective(*group.Find("objective"));
