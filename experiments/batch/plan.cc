@@ -183,8 +183,10 @@ void Plan::ReadSet(const config::YamlNode& plan,
 }
 
 void Plan::ReadGrid(const config::YamlNode& node) {
+  VariedKeys listed;
   for (const auto& [key, values] : node.Entries()) {
     RequireGivable(key, values);
+    listed.RequireNoWhole(key, values);
     GridAxis axis{.key = key, .values = {}};
     const std::vector<config::YamlNode> elements = values.Elements();
     if (elements.empty()) values.Fail("must be a list of values");
@@ -198,6 +200,7 @@ void Plan::ReadGrid(const config::YamlNode& node) {
       axis.nodes.push_back(value);
     }
     for (const config::YamlNode& value : elements) given_.Add(key, value);
+    listed.Add(key, values);
     grid_.push_back(axis);
     keys_.push_back(key);
   }
@@ -483,7 +486,11 @@ void Plan::CheckTrials(const std::string& file, bool sees_images) {
       } catch (const ConfigError& error) {
         const std::string what = error.what();
         if (what.starts_with(file + ":") || what.starts_with(config::kFromSet)) throw;
-        throw ConfigError(fmt::format("{}: trial {}: {}", file, spec.trial, what));
+        std::vector<std::string> given;
+        for (const Parameter& parameter : spec.parameters) given.push_back(parameter.Assignment());
+        throw ConfigError(
+            fmt::format("{}: trial {}{}: {}", file, spec.trial,
+                        given.empty() ? "" : fmt::format(" ({})", fmt::join(given, ", ")), what));
       }
     }
   std::ranges::move(idle.Remarks(), std::back_inserter(remarks_));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <iterator>
 
 #include "experiments/config/yaml_fields.h"
@@ -167,8 +168,10 @@ void VariedKeys::RequireNew(const std::string& key, const config::YamlNode& valu
 }
 
 void VariedKeys::RequireNoWhole(const std::string& key, const config::YamlNode& value) const {
-  for (size_t end = key.find('['); end != std::string::npos; end = key.find('[', end + 1))
-    if (const auto whole = leaves_.find(Dotted(key.substr(0, end))); whole != leaves_.end())
+  const std::string dotted = Dotted(key);
+  for (size_t end = dotted.find('.'); end != std::string::npos; end = dotted.find('.', end + 1))
+    if (const auto whole = leaves_.find(dotted.substr(0, end));
+        whole != leaves_.end() && std::isdigit(dotted[end + 1]) != 0)
       value.Fail("this key is given twice, also in the list of " + whole->second +
                  ": give its other elements alone");
 }

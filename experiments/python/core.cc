@@ -177,6 +177,13 @@ struct GivenPlan {
   }
 };
 
+// At the line that called the function of the package.
+void Warn(const std::vector<std::string>& remarks) {
+  const py::gil_scoped_acquire held;
+  for (const std::string& remark : remarks)
+    if (PyErr_WarnEx(PyExc_UserWarning, remark.c_str(), 2) != 0) throw py::error_already_set();
+}
+
 // Runs a plan into a file; all rows of the file as CSV.
 std::string Batch(const GivenPlan& given, const std::string& out, int workers, bool anew,
                   const py::object& progress) {
@@ -184,6 +191,7 @@ std::string Batch(const GivenPlan& given, const std::string& out, int workers, b
   options.jobs = JobsOf(workers);
   return Reporting(progress, [&](Reporter* reporter) {
     const batch::Plan plan = given.Load();
+    Warn(plan.remarks());
     batch::ResultStore store = batch::OpenResults(out, plan, {}, anew, options.jobs);
     options.stop_requested = [&] { return reporter->stopped(); };
     const auto show = [&](const batch::BatchProgress& now) {
@@ -210,7 +218,9 @@ int64_t Dataset(GivenPlan given, const std::string& out, int64_t pairs_per_shard
       reporter->Show(share, "images");
       return reporter->stopped();
     };
-    return dataset::MakeDataset(given.Load(), out, options).images;
+    const batch::Plan plan = given.Load();
+    Warn(plan.remarks());
+    return dataset::MakeDataset(plan, out, options).images;
   });
 }
 
@@ -245,6 +255,7 @@ std::string Gate(const std::string& file, const trial::Plugins& plugins,
   const batch::JobOptions jobs = JobsOf(workers);
   return Reporting(progress, [&](Reporter* reporter) -> std::string {
     const gate::Gate gate = gate::LoadGate(file, plugins, config::ParseAssignments(assignments));
+    Warn(gate.plan.remarks());
     const std::string& baseline = gate.settings.baseline;
     if (update) system::RequireReplaceable(baseline, gate::kBaselineFile);
     gate::GateRun run(gate, update ? std::nullopt : std::optional(gate::LoadBaseline(baseline)));

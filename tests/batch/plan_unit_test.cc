@@ -295,6 +295,12 @@ TEST(Plan, RefusesToSetWhatItGivesEachTrial) {
   EXPECT_THAT(error("grid: {sea.current.surface_velocity_mps: [[0, 0, 0]]}\n",
                     "sea.current.surface_velocity_mps[1]=0.1"),
               HasSubstr("given twice, also by --set sea.current.surface_velocity_mps[1]"));
+  for (const std::string element :
+       {"sea.current.surface_velocity_mps.1", "'sea.current.surface_velocity_mps[1]'"})
+    EXPECT_THAT(
+        error("grid: {sea.current.surface_velocity_mps: [[0, 0, 0]], " + element + ": [0.1]}\n"),
+        HasSubstr("given twice, also in the list of plan.yaml:4: "
+                  "grid.sea.current.surface_velocity_mps"));
   EXPECT_THAT(error("grid: {water.milk_ml_m3: [1]}\n"
                     "strata: {a: {water: {milk_ml_m3: 3}}, b: {trial.duration_s: 6}}\n"),
               HasSubstr("plan.yaml:5: strata.a.water.milk_ml_m3: this key is given twice"));

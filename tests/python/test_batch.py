@@ -26,6 +26,13 @@ def test_a_batch_is_a_frame_and_goes_on(tmp_path):
         assert alone.digest == row.digest
 
 
+def test_what_no_trial_reads_warns_where_the_batch_is_run(tmp_path):
+    given = {**QUICK, "trial.duration_s": 0.2, "control.use": "lqg", "control.pid.yaw.kp_per_s2": 2}
+    with pytest.warns(UserWarning, match="control.pid.yaw.kp_per_s2 changes no trial: control.use = lqg") as said:
+        turbidock.batch(plan(set=given), tmp_path / "b.db", workers=1)
+    assert said[0].filename == __file__
+
+
 def test_a_stored_series_has_the_rows_of_the_log(tmp_path):
     out = str(tmp_path / "b.db")
     trials = turbidock.batch(plan(series_every_frames=10), out, workers=2)
