@@ -14,7 +14,7 @@ CI_PACKAGES := $(shell sed '/^\#/d' apt-packages.txt)
 FROM_NOTHING := $(if $(wildcard build/CMakeCache.txt),,-DTURBIDOCK_UNITY=ON)
 
 .PHONY: run test build build-tests bench fuzz faults mutation soak package tarball wheel container format clean ci-setup \
-  python-setup help docs
+  python-setup help docs release
 
 run: build  ## builds, then runs the published docking trial at night, filmed, to out/run/
 	@echo "== trial: the published docking at night, filmed, to out/run/ (about a minute)"
@@ -99,6 +99,17 @@ wheel:  ## a wheel that needs no compiler, to out/wheel/
 
 container: package  ## an image for podman or docker
 	podman build -f Containerfile -t turbidock out/deb
+
+# PYTHONS says for which Pythons its wheel is. What is tried is what lies in out/release/.
+release: package tarball wheel docs  ## all that a release consists of, to out/release/, tried in bare roots (as root)
+	rm -rf out/release
+	mkdir -p out/release
+	cp out/deb/turbidock_*.deb out/tarball/turbidock-*.tar.xz out/wheel/turbidock-*.whl out/release/
+	tar -cJf out/release/turbidock-manual-$$(build/bin/turbidock --version | sed -n '1s/turbidock //p').tar.xz -C out docs
+	bash tests/package/deb_test.sh out/release/turbidock_*.deb out/bare
+	bash tests/package/tarball_test.sh out/release/turbidock-*-$$(uname -m).tar.xz out/bare
+	bash tests/package/wheel_test.sh out/release/turbidock-*.whl out/bare
+	cd out/release && sha256sum turbidock* >SHA256SUMS && cat SHA256SUMS
 
 # Also what .ci/run needs beyond the tests.
 ci-setup:  ## packages that `bash .ci/run` needs
