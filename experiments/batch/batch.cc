@@ -32,6 +32,7 @@ void TrialScheduler::WantMore(int64_t cell, int64_t count) {
     const bool is_known = c.Of(sample) != Result::kUnknown;
     wanted_ += Owns(sample * rule_.cells + cell);
     done_ += is_known;
+    successes_ += c.Of(sample) == Result::kSuccess;
     if (!rule_.search) continue;
     Lattice& lattice = lattices_[static_cast<size_t>(rule_.unit_of(cell))];
     ++lattice.wanted;
@@ -63,7 +64,6 @@ void TrialScheduler::ChooseRounds(int64_t lattice) {
     l.decided = cells.empty();
     for (const int cell : cells) WantMore(lattice * rule_.search->lattice.cells() + cell, 1);
   }
-  reached_ += l.decided;
 }
 
 void TrialScheduler::Decide(int64_t cell) {
@@ -83,8 +83,8 @@ void TrialScheduler::Add(int64_t trial, std::optional<bool> success) {
   c.results[static_cast<size_t>(sample)] = !success   ? Result::kNeither
                                            : *success ? Result::kSuccess
                                                       : Result::kFailure;
-  successes_ += success == true;
-  done_ += sample < c.wanted;
+  // what is not asked for yet counts once it is
+  if (sample < c.wanted) ++done_, successes_ += success == true;
   if (rule_.search && sample < c.wanted) {
     const int64_t lattice = rule_.unit_of(cell);
     ++lattices_[static_cast<size_t>(lattice)].known;

@@ -44,10 +44,10 @@ class TrialScheduler {
   // All of the shard.
   bool complete() const { return done_ == wanted_; }
   int64_t done() const { return done_; }
-  int64_t successes() const { return successes_; }
-  int64_t wanted() const { return wanted_; }  // as far as is known: the least there will be
+  int64_t successes() const { return successes_; }  // of those that are done
+  int64_t wanted() const { return wanted_; }        // as far as is known: the least there will be
   int64_t most() const;
-  // Cells, or with ranges lattices: those of the shard, and those that are known well enough.
+  // Cells, or with ranges lattices, of the shard; cells that are known well enough.
   int64_t cells() const { return cells_of_shard_; }
   int64_t reached() const { return reached_; }
 

@@ -110,6 +110,13 @@ std::string RateText(const GroupSummary& all) {
                      100 * all.wilson.high);
 }
 
+int64_t BoundariesKnown(const BatchSummary& summary) {
+  if (!summary.envelope) return 0;
+  const Json& envelopes = summary.envelope_json.at("envelopes");
+  return std::ranges::count_if(envelopes,
+                               [](const Json& of) { return of.at("reached").get<bool>(); });
+}
+
 std::vector<report::Fact> FactsOf(const BatchSummary& summary) {
   const TrialScheduler& scheduler = summary.scheduler;
   const GroupSummary& all = summary.all;
@@ -119,9 +126,9 @@ std::vector<report::Fact> FactsOf(const BatchSummary& summary) {
         {"precision", fmt::format("{:g} % in {} of {} cells", 100 * *summary.rule.precision,
                                   scheduler.reached(), scheduler.cells())});
   if (summary.rule.search)
-    facts.push_back(
-        {"boundaries", fmt::format("{} of {} known to {:g} % of the ranges", scheduler.reached(),
-                                   scheduler.cells(), 100 * summary.rule.search->width)});
+    facts.push_back({"boundaries",
+                     fmt::format("{} of {} known to {:g} % of the ranges", BoundariesKnown(summary),
+                                 scheduler.cells(), 100 * summary.rule.search->width)});
   if (all.trials == 0) return facts;
   if (!summary.rule.search)  // trials stand where about half of them fail
     facts.push_back({"success", RateText(all), "interval: " + IntervalText({all})});

@@ -3,12 +3,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "experiments/batch/batch_report.h"
 #include "experiments/batch/summary.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/statistics/rank_sum.h"
 
 namespace turbidock::batch {
 namespace {
@@ -36,39 +39,78 @@ double PlaceOn(const std::vector<float>& draw, int first, int step, int count, b
   return kInfinite;
 }
 
-Crossing CrossingAlong(const EnvelopePlan& plan, const search::Boundary& boundary, size_t range,
-                       std::vector<int> cell) {
+// A line of cells along a range, the others being at a cell's place.
+struct Line {
+  size_t range = 0;
+  int first = 0, step = 1, count = 2;  // cells
+  std::vector<double> at{};            // values of the ranges
+};
+
+Line LineAlong(const EnvelopePlan& plan, size_t range, std::vector<int> cell) {
   const search::Lattice lattice = plan.Search().lattice;
-  const int step = lattice.Step(range), count = lattice.axes[range].values;
-  Crossing crossing{.range = range};
+  Line line{.range = range, .step = lattice.Step(range), .count = lattice.axes[range].values};
   cell[range] = 0;
-  int first = 0;
   for (size_t k = 0; k < cell.size(); ++k) {
-    first += cell[k] * lattice.Step(k);
-    crossing.at.push_back(ValueOn(plan, k, cell[k]));
+    line.first += cell[k] * lattice.Step(k);
+    line.at.push_back(ValueOn(plan, k, cell[k]));
   }
-  const auto rate = [&](int i) {
-    const int place = first + i * step;
-    return boundary.rate[static_cast<size_t>(place)];
-  };
-  const search::Trend trend = lattice.axes[range].trend;
-  crossing.falls = trend == search::Trend::kUnknown ? rate(0) >= rate(count - 1)
-                                                    : trend == search::Trend::kFalls;
+  return line;
+}
+
+// Between the cells `begin` and `end` of a line.
+Crossing CrossingIn(const EnvelopePlan& plan, const search::Boundary& boundary, const Line& line,
+                    int begin, int end, bool falls) {
+  const auto value_at = [&](double place) { return ValueOn(plan, line.range, place); };
+  Crossing crossing{.range = line.range,
+                    .at = line.at,
+                    .falls = falls,
+                    .from = value_at(begin),
+                    .to = value_at(end)};
   std::vector<double> places;
   for (const auto& draw : boundary.draws) {
-    places.push_back(PlaceOn(draw, first, step, count, crossing.falls));
-    crossing.drawn.push_back(ValueOn(plan, range, places.back()));
+    places.push_back(
+        begin + PlaceOn(draw, line.first + begin * line.step, line.step, end - begin + 1, falls));
+    crossing.drawn.push_back(value_at(std::clamp<double>(places.back(), begin, end)));
   }
   std::ranges::sort(places);
-  const auto value = [&](double share) {
-    const double place =
-        places[static_cast<size_t>(share * static_cast<double>(places.size() - 1))];
-    return std::isfinite(place) ? ValueOn(plan, range, place) : place;
+  const auto share = [&](double infinite) {
+    return static_cast<double>(std::ranges::count(places, infinite)) /
+           static_cast<double>(places.size());
   };
+  const auto value = [&](double of) {
+    const double place = places[static_cast<size_t>(of * static_cast<double>(places.size() - 1))];
+    return std::isfinite(place) ? value_at(place) : place;
+  };
+  crossing.before = share(-kInfinite), crossing.beyond = share(kInfinite);
   crossing.value = value(0.5);
-  crossing.low = value(0.025);
-  crossing.high = value(0.975);
+  crossing.low = value(0.025), crossing.high = value(0.975);
+  if (crossing.from > crossing.to) std::swap(crossing.low, crossing.high);
   return crossing;
+}
+
+// One where success is known to fall or to rise, else as many as the medians have.
+std::vector<Crossing> CrossingsAlong(const EnvelopePlan& plan, const search::Boundary& boundary,
+                                     const Line& line) {
+  const search::Trend trend = plan.ranges[line.range].success;
+  const int last = line.count - 1;
+  if (trend != search::Trend::kUnknown)
+    return {CrossingIn(plan, boundary, line, 0, last, trend == search::Trend::kFalls)};
+  const auto place = [&](int i) { return static_cast<size_t>(line.first + i * line.step); };
+  std::vector<int> changes;
+  for (int i = 1; i <= last; ++i)
+    if ((boundary.above[place(i)] >= 0.5) != (boundary.above[place(i - 1)] >= 0.5))
+      changes.push_back(i);
+  if (changes.empty())
+    return {CrossingIn(plan, boundary, line, 0, last,
+                       boundary.rate[place(0)] >= boundary.rate[place(last)])};
+  std::vector<Crossing> crossings;
+  for (size_t i = 0; i < changes.size(); ++i) {
+    const int begin = i == 0 ? 0 : (changes[i - 1] + changes[i]) / 2,
+              end = i + 1 == changes.size() ? last : (changes[i] + changes[i + 1]) / 2;
+    crossings.push_back(
+        CrossingIn(plan, boundary, line, begin, end, boundary.above[place(changes[i] - 1)] >= 0.5));
+  }
+  return crossings;
 }
 
 // Of each draw, the share of the ranges in which success is above the rate.
@@ -106,11 +148,19 @@ EnvelopeDifference DifferenceTo(const EnvelopeSummary& summary, size_t envelope)
   const auto within = [](const Crossing& c) {
     return std::isfinite(c.low) && std::isfinite(c.high);
   };
-  for (size_t i = 0; i < std::min(a.crossings.size(), b.crossings.size()); ++i) {
-    const Crossing &of_a = a.crossings[i], &of_b = b.crossings[i];
-    if (within(of_a) && within(of_b) && of_a.falls == of_b.falls)
+  // That of a line with one crossing.
+  const auto only = [](const Envelope& of, const Crossing& like) -> const Crossing* {
+    const auto is_like = [&](const Crossing& c) {
+      return c.range == like.range && c.at == like.at;
+    };
+    const auto found = std::ranges::find_if(of.crossings, is_like);
+    return std::ranges::count_if(of.crossings, is_like) == 1 ? &*found : nullptr;
+  };
+  for (size_t i = 0; i < a.crossings.size(); ++i) {
+    const Crossing &of_a = a.crossings[i], *of_b = only(b, of_a);
+    if (only(a, of_a) && of_b && within(of_a) && within(*of_b) && of_a.falls == of_b->falls)
       difference.crossings.emplace_back(
-          i, DifferenceOf(a.boundary, of_a.drawn, b.boundary, of_b.drawn, pairs));
+          i, DifferenceOf(a.boundary, of_a.drawn, b.boundary, of_b->drawn, pairs));
   }
   return difference;
 }
@@ -185,8 +235,25 @@ bool IsAgainst(const search::Boundary& free, const search::Lattice& lattice, siz
   return false;
 }
 
+// Whether the first round, which knew of no result and covers the ranges evenly, says the opposite.
+bool IsOpposite(const search::BoundarySearch& search, const std::vector<const StoredTrial*>& trials,
+                size_t range) {
+  constexpr double kFarthest = 2.6;  // one in 200 where success does not change
+  const auto cells = static_cast<size_t>(search.lattice.cells());
+  const std::vector<int> first =
+      NextRound(search, std::vector<search::Tally>(cells), std::vector<int64_t>(cells));
+  std::array<std::vector<double>, 2> places;
+  for (const StoredTrial* trial : trials) {
+    const auto cell = static_cast<int>(trial->cell % search.lattice.cells());
+    if (trial->sample == 0 && trial->record.judged() && std::ranges::count(first, cell) > 0)
+      places[trial->record.success()].push_back(search.lattice.At(cell)[range]);
+  }
+  const double z = statistics::RankSumZ(places[1], places[0]);
+  return search.lattice.axes[range].trend == search::Trend::kFalls ? z > kFarthest : z < -kFarthest;
+}
+
 // The ranges along which success does not do as the plan says, as far as trials show without it.
-std::vector<std::string> NotMonotone(const EnvelopePlan& plan,
+std::vector<std::string> NotMonotone(const EnvelopePlan& plan, const Envelope& envelope,
                                      const std::vector<search::Tally>& tallies) {
   std::vector<std::string> keys;
   search::BoundarySearch free = plan.Search();
@@ -195,7 +262,8 @@ std::vector<std::string> NotMonotone(const EnvelopePlan& plan,
   search::Boundary boundary = BoundaryOf(free, tallies);
   for (auto& draw : boundary.draws) draw = Smoothed(lattice, std::move(draw));
   for (size_t k = 0; k < lattice.axes.size(); ++k)
-    if (lattice.axes[k].trend != search::Trend::kUnknown && IsAgainst(boundary, lattice, k))
+    if (lattice.axes[k].trend != search::Trend::kUnknown &&
+        (IsAgainst(boundary, lattice, k) || IsOpposite(plan.Search(), envelope.shown, k)))
       keys.push_back(NameOfKey(plan.ranges[k].key).label);
   return keys;
 }
@@ -222,7 +290,7 @@ std::vector<std::string> LimitsOf(const EnvelopePlan& plan, const Envelope& enve
   if (!envelope.reached)
     limits.push_back(fmt::format("{:.0f} % of the ranges is undecided; {:.0f} % was asked for.",
                                  100 * envelope.boundary.undecided, 100 * search.width));
-  if (const auto keys = NotMonotone(plan, tallies); !keys.empty())
+  if (const auto keys = NotMonotone(plan, envelope, tallies); !keys.empty())
     limits.push_back(fmt::format(
         "Success is not monotone in {}, although the plan says so: leave `success` out there.",
         fmt::join(keys, ", ")));
@@ -261,6 +329,10 @@ Envelope EnvelopeOf(const EnvelopePlan& plan, std::string name,
     tally.successes += trial->record.success();
   }
   envelope.boundary = BoundaryOf(search, tallies);
+  if (!HasEnded(envelope)) {
+    std::ranges::fill(envelope.boundary.sides, Side::kUndecided);
+    envelope.boundary.undecided = 1;
+  }
   envelope.reached = HasEnded(envelope) && envelope.boundary.undecided <= search.width;
   const size_t ranges = plan.ranges.size();
   for (size_t k = 0; k < ranges && HasEnded(envelope); ++k)
@@ -268,7 +340,8 @@ Envelope EnvelopeOf(const EnvelopePlan& plan, std::string name,
       std::vector<int> cell;
       for (const search::LatticeAxis& axis : search.lattice.axes)
         cell.push_back(static_cast<int>(std::lround(share * (axis.values - 1))));
-      envelope.crossings.push_back(CrossingAlong(plan, envelope.boundary, k, cell));
+      std::ranges::move(CrossingsAlong(plan, envelope.boundary, LineAlong(plan, k, cell)),
+                        std::back_inserter(envelope.crossings));
       if (ranges == 1) break;
     }
   envelope.limits = LimitsOf(plan, envelope, tallies);
@@ -317,8 +390,8 @@ std::string CrossingText(const EnvelopeSummary& summary, const Crossing& crossin
   }
   const auto text = [&](double value) {
     return std::isfinite(value) ? report::Digits(name.factor * value, 3)
-           : value < 0          ? "before " + report::Digits(name.factor * range.from, 3)
-                                : "beyond " + report::Digits(name.factor * range.to, 3);
+           : value < 0          ? "before " + report::Digits(name.factor * crossing.from, 3)
+                                : "beyond " + report::Digits(name.factor * crossing.to, 3);
   };
   return fmt::format("{:g} % {} {} {}{}", percent, crossing.falls ? "up to" : "from", name.label,
                      name.Text(fmt::format("{} [{}, {}]", text(crossing.value), text(crossing.low),
@@ -344,9 +417,9 @@ std::vector<std::string> DifferenceTexts(const EnvelopeSummary& summary,
   for (const auto& [of, d] : difference.crossings) {
     const Crossing& crossing = first.crossings[of];
     const report::Quantity name = NameOfKey(summary.plan.ranges[crossing.range].key);
-    lines.push_back(fmt::format("{}{:g} % {} {} {}{}", names, percent,
-                                crossing.falls ? "up to" : "from", name.label,
-                                name.Text(text(d, name.factor)), WhereText(summary, crossing)));
+    lines.push_back(fmt::format("{}the {:g} % boundary in {} is moved by {}{}", names, percent,
+                                name.label, name.Text(text(d, name.factor)),
+                                WhereText(summary, crossing)));
   }
   return lines;
 }
@@ -377,9 +450,12 @@ report::Json EnvelopeJson(const EnvelopeSummary& summary) {
     for (const Crossing& crossing : envelope.crossings)
       crossings.push_back({{"key", plan.ranges[crossing.range].key},
                            {"at", others(crossing)},
+                           {"falls", crossing.falls},
                            {"value", number(crossing.value)},
                            {"low", number(crossing.low)},
                            {"high", number(crossing.high)},
+                           {"before", crossing.before},
+                           {"beyond", crossing.beyond},
                            {"text", CrossingText(summary, crossing)}});
     std::vector<int> sides;
     for (const Side side : envelope.boundary.sides) sides.push_back(static_cast<int>(side));
@@ -387,7 +463,7 @@ report::Json EnvelopeJson(const EnvelopeSummary& summary) {
                          {"trials", envelope.trials},
                          {"undecided", envelope.boundary.undecided},
                          {"reached", envelope.reached},
-                         {"area", numbers(envelope.area)},
+                         {"area", HasEnded(envelope) ? numbers(envelope.area) : Json()},
                          {"crossings", crossings},
                          {"limits", envelope.limits},
                          {"sides", sides},

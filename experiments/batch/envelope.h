@@ -23,8 +23,11 @@ struct Crossing {
   size_t range = 0;          // of the plan's
   std::vector<double> at{};  // values of all ranges; of this one none
   bool falls = true;         // success, along it
+  // The part of the range that it is looked for in: all, unless there are several.
+  double from = 0, to = 0;
   double value = 0, low = 0, high = 0;
-  std::vector<double> drawn{};  // draw by draw; where beyond, that end of the range
+  double before = 0, beyond = 0;  // probability that it is outside of that part
+  std::vector<double> drawn{};    // draw by draw; where outside, that end of the part
 };
 
 // Of one combination of cases and grid.

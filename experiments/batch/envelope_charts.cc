@@ -259,8 +259,14 @@ report::Section EnvelopeSection(const EnvelopeSummary& summary) {
     std::ranges::copy(DifferenceTexts(summary, difference), std::back_inserter(section.lines));
   for (const Envelope& envelope : summary.envelopes) {
     const std::string name = envelope.name.empty() ? "" : envelope.name + ": ";
-    for (const Crossing& crossing : envelope.crossings)
-      section.lines.push_back(name + CrossingText(summary, crossing));
+    for (const Crossing& crossing : envelope.crossings) {
+      const std::string text = CrossingText(summary, crossing);
+      if (&crossing != &envelope.crossings.front() && (&crossing - 1)->range == crossing.range &&
+          (&crossing - 1)->at == crossing.at)
+        section.lines.back() += ", " + text.substr(text.find("% ") + 2);
+      else
+        section.lines.push_back(name + text);
+    }
     for (const std::string& limit : envelope.limits) section.lines.push_back(name + limit);
     if (places.ranges() == 1) {
       section.panels.push_back(CurveOf(places, envelope));

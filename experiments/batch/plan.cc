@@ -6,13 +6,13 @@
 #include <filesystem>
 #include <iterator>
 #include <optional>
+#include <regex>
 #include <set>
 #include <string_view>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/statistics/sampling.h"
 #include "experiments/system/plain_text.h"
-#include "experiments/trial/switched_off.h"
 #include "experiments/trial/world.h"
 #include "sim/base/random.h"
 
@@ -62,6 +62,12 @@ std::string NamesIn(trial::Scenario* scenario) {
   std::string names;
   config::ForEachFileIn(scenario, [&names](InputFile* file) { names += file->path + "\n"; });
   return names;
+}
+
+// "sea.waves[0].height_m" as the list of keys has it: "sea.waves[].height_m".
+std::string AnyElement(const std::string& key) {
+  static const std::regex kElement("\\[\\d+\\]|\\.\\d+(?=\\.|$)");
+  return std::regex_replace(key, kElement, "[]");
 }
 
 void RefuseKeys(const config::YamlNode& plan, const std::vector<PlanKey>& keys) {
@@ -182,11 +188,18 @@ void Plan::ReadSet(const config::YamlNode& plan,
   }
 }
 
-void Plan::ReadGrid(const config::YamlNode& node) {
+// That the grid does not vary the list of which this key is an element: one of both would be lost.
+void Plan::RequireNoListOf(const std::string& key, const config::YamlNode& at) const {
   VariedKeys listed;
+  for (const GridAxis& axis : grid_)
+    if (!axis.nodes.empty()) listed.Add(axis.key, axis.nodes.front());
+  listed.RequireNoWhole(key, at);
+}
+
+void Plan::ReadGrid(const config::YamlNode& node) {
   for (const auto& [key, values] : node.Entries()) {
     RequireGivable(key, values);
-    listed.RequireNoWhole(key, values);
+    RequireNoListOf(key, values);
     GridAxis axis{.key = key, .values = {}};
     const std::vector<config::YamlNode> elements = values.Elements();
     if (elements.empty()) values.Fail("must be a list of values");
@@ -200,7 +213,6 @@ void Plan::ReadGrid(const config::YamlNode& node) {
       axis.nodes.push_back(value);
     }
     for (const config::YamlNode& value : elements) given_.Add(key, value);
-    listed.Add(key, values);
     grid_.push_back(axis);
     keys_.push_back(key);
   }
@@ -219,15 +231,14 @@ void Plan::ReadRanges(const config::YamlNode& plan, const PlanOverrides& overrid
     const config::YamlNode at = *plan.Find("ranges")->Find(range.key);
     const config::YamlNode one_value = config::TextNode("", at);
     RequireGivable(range.key, at);
-    if (std::ranges::any_of(keys,
-                            [&](const config::KeyDoc& doc) {
-                              return doc.key == range.key &&
-                                     (doc.type == "text" || doc.type == "file");
-                            }) ||
-        range.key == kScenarioKey)
+    const auto doc = std::ranges::find(keys, AnyElement(range.key), &config::KeyDoc::key);
+    const std::string type = doc == keys.end() ? "" : doc->type;
+    if (type == "text" || type == "file" || range.key == kScenarioKey)
       at.Fail("is no number; it belongs in the grid or in a case");
+    if (type == "whole number")
+      at.Fail("is a whole number, and a range has values between; list its values in the grid");
     given_.RequireNew(range.key, one_value);
-    given_.RequireNoWhole(range.key, one_value);
+    RequireNoListOf(range.key, one_value);
     given_.Add(range.key, one_value);
     GridAxis& axis = grid_.emplace_back(GridAxis{.key = range.key, .values = {}});
     const int last = lattice.axes[k].values - 1;
@@ -456,45 +467,6 @@ void Plan::RequireSameFiles(const config::YamlNode& before) const {
       if (const auto was = before.Find(NameFromFolder(file.file));
           !was || was->Text() != "content " + file.content)
         before.Fail(file.file + " is not what it was when the plan began");
-}
-
-void Plan::CheckDraws() {
-  for (size_t i = 0; i < random_.size(); ++i)
-    for (const auto& [name, scenario] : scenarios_) {
-      random_[i].RequireAllowed(scenario, distributions_[i]);
-      if (const std::string remark = random_[i].RemarkOn(scenario); !remark.empty())
-        remarks_.push_back(remark);
-    }
-}
-
-void Plan::CheckTrials(const std::string& file, bool sees_images) {
-  // Without draws the trials of a cell's stratum differ in nothing but the seed.
-  constexpr int64_t kMostDrawn = 10'000;  // a second's work
-  const int64_t strata = std::max<int64_t>(1, std::ssize(strata_));
-  const int64_t drawn = random_.empty() ? 0 : std::min(kMostDrawn / cells_, samples_);
-  trial::IdleKeys idle(sees_images);
-  for (int64_t cell = 0; cell < cells_; ++cell)
-    for (int64_t sample = 0; sample < std::max(strata, drawn); ++sample) {
-      const TrialSpec spec = Trial(NumberOf(cell, sample));
-      try {
-        const trial::Scenario scenario = ScenarioOf(spec);
-        if (scenario.model_files.empty()) AddFiles(scenario);
-        code_.insert(scenario.plugins.CodeInUse());
-        for (const std::string& remark : scenario.given.remarks)
-          if (std::ranges::count(remarks_, remark) == 0) remarks_.push_back(remark);
-        idle.Look(scenario);
-      } catch (const ConfigError& error) {
-        const std::string what = error.what();
-        if (what.starts_with(file + ":") || what.starts_with(config::kFromSet)) throw;
-        std::vector<std::string> given;
-        for (const Parameter& parameter : spec.parameters) given.push_back(parameter.Assignment());
-        throw ConfigError(
-            fmt::format("{}: trial {}{}: {}", file, spec.trial,
-                        given.empty() ? "" : fmt::format(" ({})", fmt::join(given, ", ")), what));
-      }
-    }
-  std::ranges::move(idle.Remarks(), std::back_inserter(remarks_));
-  CheckDraws();
 }
 
 }  // namespace turbidock::batch

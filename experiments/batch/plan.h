@@ -201,6 +201,7 @@ class Plan {
   void CountTrials(const std::string& key);  // which says how many, for messages
   void ReadSet(const config::YamlNode& plan, const std::vector<config::Assignment>& assignments);
   void ReadGrid(const config::YamlNode& node);
+  void RequireNoListOf(const std::string& key, const config::YamlNode& at) const;
   void ReadRanges(const config::YamlNode& plan, const PlanOverrides& overrides);
   // Those of a key of the plan, and the parameter that they are values of: kCaseKey, kStratumKey.
   std::vector<Case> CasesIn(const config::YamlNode& node, const std::string& parameter);
@@ -213,6 +214,7 @@ class Plan {
   // Ends that a key may not have; and of the vehicle's keys draws that leave out its own value, as
   // a study's that was copied may do.
   void CheckDraws();
+  bool IsAtEnds(int64_t cell) const;
   void CheckTrials(const std::string& file, bool sees_images);
   // Presets come first, as in a file: what else a trial is named by is what it has.
   // As in a file: what else a trial is named by is what it has.

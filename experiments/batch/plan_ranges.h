@@ -53,9 +53,10 @@ struct FindSettings {
         "width", self.width, InRange(0.005, 0.5),
         "share of the ranges that may stay undecided, on neither side with 95 %: of one range, how "
         "wide its boundary's band may be");
-    field("trials", self.trials, InRange(100, 100'000),
-          "the search ends after so many trials, if not before, of each combination of cases and "
-          "grid");
+    field(
+        "trials", self.trials, InRange(100, 100'000),
+        "the search ends with the round in which it has run so many trials, if not before, of each "
+        "combination of cases and grid");
   }
 };
 

@@ -101,8 +101,8 @@ std::string Plan::Resolve(const config::YamlNode& plan) const {
     text += "}\n";
   }
   for (const std::string part : {"strata", "grid", "ranges", "find", "random"})
-    if (const auto given = plan.Find(part); given && !given->Entries().empty()) {
-      text += part + ":\n";
+    if (const auto given = plan.Find(part)) {
+      text += part + (given->Entries().empty() ? ": {}\n" : ":\n");
       for (const auto& [name, value] : given->Entries())
         text += fmt::format("  {}: {}\n", YamlText(name), value.OneLine());
     }

@@ -76,7 +76,8 @@ void Progress::ShowOrSay(double share, const std::string& words, double every_s)
 
 void Progress::ShowDone(int64_t done, int64_t least, int64_t most, const std::string& what,
                         double every_s) {
-  pace_.Add(std::chrono::duration<double>(Clock::now() - start_).count(), done);
+  if (!start_) start_ = Clock::now();
+  pace_.Add(std::chrono::duration<double>(Clock::now() - *start_).count(), done);
   const std::string left = pace_.Left(least, most);
   ShowOrSay(static_cast<double>(done) / static_cast<double>(least),
             fmt::format("{} {}{}{}", batch::DoneText(done, least, most), what,

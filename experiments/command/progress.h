@@ -7,6 +7,7 @@
 #include <deque>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 
 namespace turbidock::command {
@@ -46,7 +47,7 @@ class Progress {
   void Show(double share, const std::string& words) {
     ShowOrSay(share, words, std::numeric_limits<double>::infinity());
   }
-  // The same of equal parts, of which the first was begun when this was made and there will be from
+  // The same of equal parts; what is done when it is first called was so before. There will be from
   // `least`, as far as is known, to `most`: "37 of 142 to 870 trials, 2:00 to 13:40 min left".
   void ShowDone(int64_t done, int64_t least, int64_t most, const std::string& what, double every_s);
   void ShowDone(int64_t done, int64_t of, const std::string& what, double every_s) {
@@ -62,7 +63,8 @@ class Progress {
 
   bool quiet_, terminal_;
   bool shown_ = false;
-  Clock::time_point start_ = Clock::now(), last_line_ = start_;
+  Clock::time_point last_line_ = Clock::now();
+  std::optional<Clock::time_point> start_;  // of the parts, once what was kept is known
   Pace pace_;
 };
 

@@ -111,8 +111,9 @@ TEST(Envelope, SaysByHowMuchTwoCasesDiffer) {
   EXPECT_EQ(json["less"], "first");
   EXPECT_EQ(json["crossings"][0]["low"], crossing.low);
   EXPECT_EQ(json["area"]["value"], difference.area.value);
-  EXPECT_THAT(EnvelopeSection(summary).lines,
-              Contains(StartsWith("second less first: 90 % up to water milk -")));
+  EXPECT_THAT(
+      EnvelopeSection(summary).lines,
+      Contains(StartsWith("second less first: the 90 % boundary in water milk is moved by -")));
   // trials of the same seed and no others are pairs
   EXPECT_GT(difference.pairs, 20);
   for (StoredTrial& trial : batch.trials) trial.record.seed += trial.cell / 41;
@@ -120,6 +121,19 @@ TEST(Envelope, SaysByHowMuchTwoCasesDiffer) {
   for (StoredTrial& trial : batch.trials)
     if (trial.cell / 41 == 1) trial.record.outcome = trial::Outcome::kCrashed;
   EXPECT_THAT(batch.Summary().differences, IsEmpty()) << "of nothing";
+}
+
+// Docks between 24 and 56 ml/m3.
+TEST(Envelope, SaysBothEndsOfAnIsland) {
+  const Batch batch([](double x) { return std::abs(x - 0.5) < 0.2 ? 1 : 0; }, "unknown");
+  const EnvelopeSummary summary = batch.Summary();
+  const std::vector<Crossing>& crossings = summary.envelopes[0].crossings;
+  ASSERT_THAT(crossings, SizeIs(2));
+  EXPECT_NEAR(crossings[0].value, 24, 5);
+  EXPECT_NEAR(crossings[1].value, 56, 5);
+  EXPECT_THAT(CrossingText(summary, crossings[0]), StartsWith("90 % from water milk 2"));
+  EXPECT_THAT(CrossingText(summary, crossings[1]), StartsWith("90 % up to water milk 5"));
+  EXPECT_EQ(crossings[0].to, crossings[1].from);
 }
 
 // Each point of the picture opens its trial.
@@ -153,7 +167,19 @@ TEST(Envelope, SaysWhereTheAnswerDoesNotHold) {
   const Batch crashed([](double) { return 0; }, "falls", trial::Outcome::kCrashed);
   EXPECT_THAT(limits(crashed), ::testing::ElementsAre(HasSubstr("Every trial crashed or hung")));
   EXPECT_THAT(crashed.Summary().envelopes[0].crossings, ::testing::IsEmpty());
+  const report::Json nothing = EnvelopeJson(crashed.Summary())["envelopes"][0];
+  EXPECT_EQ(nothing["sides"], report::Json(std::vector<int>(41, 0)));
+  EXPECT_TRUE(nothing["area"].is_null());
   EXPECT_THAT(limits(none), ::testing::Not(Contains(HasSubstr("crashed"))));
+}
+
+TEST(Envelope, SaysThatSuccessDoesTheOpposite) {
+  for (const char* said : {"rises", "falls"}) {
+    const bool falls = said == std::string("rises");
+    const Batch batch([falls](double x) { return (x < 0.4) == falls ? 1 : 0; }, said);
+    EXPECT_THAT(batch.Summary().envelopes[0].limits, Contains(HasSubstr("is not monotone")))
+        << said << ", after " << batch.trials.size();
+  }
 }
 
 TEST(Envelope, SaysThatSuccessIsNotMonotone) {

@@ -106,6 +106,8 @@ TEST(Ranges, OfBadInputSaysWhereAndWhatIsAllowed) {
               kFind),
       HasSubstr("one to three keys"));
   EXPECT_THAT(ErrorOf(kMilk), HasSubstr("plan.yaml:3: ranges: go with `find`"));
+  const Plan plan = Make(kMilk + "find: {}\n");
+  EXPECT_EQ(Plan(plan.resolved(), "resolved").resolved(), plan.resolved());
   EXPECT_THAT(ErrorOf(kFind), HasSubstr("plan.yaml:3: find: goes with `ranges`"));
   for (const char* rate : {"0", "1"})
     EXPECT_THAT(ErrorOf(kMilk + fmt::format("find: {{rate: {}}}\n", rate)),
@@ -120,10 +122,20 @@ TEST(Ranges, OfBadInputSaysWhereAndWhatIsAllowed) {
   const std::string whole = "sea.current.surface_velocity_mps: [0.1, 0.2, 0]";
   EXPECT_EQ(ErrorOf(current + "set: {\"sea.current.surface_velocity_mps[0]\": 0.1}\n"), "no error");
   for (const std::string& by : {"set: {" + whole + "}", "cases: {a: {}, b: {" + whole + "}}"})
-    EXPECT_THAT(ErrorOf(current + by + "\n"), HasSubstr("twice, also in the list of plan.yaml:5"));
-  EXPECT_THAT(ErrorOf(current, {.assignments = config::ParseAssignments(
-                                    {"sea.current.surface_velocity_mps=[0.1, 0.2, 0]"})}),
-              HasSubstr("plan.yaml:3: ranges.sea.current.surface_velocity_mps[1]: this key is"));
+    EXPECT_EQ(ErrorOf(current + by + "\n"), "no error");
+  EXPECT_THAT(
+      ErrorOf(current + "grid: {sea.current.surface_velocity_mps: [[0, 0, 0], [1, 0, 0]]}\n"),
+      HasSubstr("twice, also in the list of plan.yaml:5"));
+  EXPECT_EQ(ErrorOf("set: {sea.waves: [{period_s: 3}]}\n"
+                    "ranges: {sea.waves.0.height_m: {from: 0, to: 1}}\n" +
+                    kFind),
+            "no error")
+      << "of a list that is empty by default";
+  EXPECT_THAT(ErrorOf("ranges: {cameras.delay_frames: {from: 0, to: 30}}\n" + kFind),
+              HasSubstr("is a whole number, and a range has values between"));
+  EXPECT_THAT(ErrorOf("ranges: {sea.current.gust_std_mps: {from: 0, to: 50}}\n" + kFind),
+              HasSubstr("= 50, must be in [0, 2]"))
+      << "a value that the file has";
   EXPECT_THAT(ErrorOf(kMilk + kFind, {.seeds = 3}), HasSubstr("--seeds: does not go with"));
   EXPECT_THAT(ErrorOf(kMilk + kFind, {.refused = {kNoRanges}}),
               HasSubstr("only `turbidock batch` looks for a boundary"));

@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <thread>
+
 namespace turbidock::command {
 namespace {
 
@@ -39,6 +42,14 @@ TEST(Pace, IsThatOfTheLatterHalf) {
   Pace slower = After(60, 1, 1);
   for (int64_t i = 1; i <= 20; ++i) slower.Add(60 + 3 * static_cast<double>(i), 60 + i);
   EXPECT_EQ(slower.Left(90, 90), "30 s left");
+}
+
+TEST(Progress, TakesWhatWasKeptForNoPaceHoweverLateItIsKnown) {
+  Progress progress(false);
+  std::this_thread::sleep_for(std::chrono::milliseconds(1200));
+  testing::internal::CaptureStderr();
+  progress.ShowDone(53, 152, 360, "trials", 0);
+  EXPECT_EQ(testing::internal::GetCapturedStderr().find("left"), std::string::npos);
 }
 
 }  // namespace

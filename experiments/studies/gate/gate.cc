@@ -203,6 +203,7 @@ GateProgress GateRun::progress() const {
 std::vector<std::string> GateRun::Remarks() const {
   constexpr int kMost = 10000;
   std::vector<std::string> remarks;
+  if (search_) return remarks;  // looks for a baseline, which nothing has to pass
   for (size_t i = 0; i < running_.size(); ++i) {
     const batch::JudgeOptions& options = running_[i].options;
     if (TrialsToPass(options, options.max_trials) <= options.max_trials) continue;
