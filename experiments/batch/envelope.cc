@@ -95,7 +95,10 @@ std::vector<Crossing> CrossingsAlong(const EnvelopePlan& plan, const search::Bou
   const int last = line.count - 1;
   if (trend != search::Trend::kUnknown)
     return {CrossingIn(plan, boundary, line, 0, last, trend == search::Trend::kFalls)};
-  const auto place = [&](int i) { return static_cast<size_t>(line.first + i * line.step); };
+  const auto place = [&](int i) {
+    const int cell = line.first + i * line.step;
+    return static_cast<size_t>(cell);
+  };
   std::vector<int> changes;
   for (int i = 1; i <= last; ++i)
     if ((boundary.above[place(i)] >= 0.5) != (boundary.above[place(i - 1)] >= 0.5))

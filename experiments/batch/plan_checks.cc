@@ -39,7 +39,8 @@ void Plan::CheckTrials(const std::string& file, bool sees_images) {
   std::vector<int64_t> cells(static_cast<size_t>(cells_));
   std::iota(cells.begin(), cells.end(), 0);
   // errors then name values that the file has
-  if (envelope_) std::ranges::stable_partition(cells, [this](int64_t c) { return IsAtEnds(c); });
+  if (envelope_)
+    std::stable_partition(cells.begin(), cells.end(), [this](int64_t c) { return IsAtEnds(c); });
   for (const int64_t cell : cells)
     for (int64_t sample = 0; sample < std::max(strata, drawn); ++sample) {
       const TrialSpec spec = Trial(NumberOf(cell, sample));
