@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes tables of measured results: runs their commands and writes their rows.
 
-    python3 assets/measured/measure.py --list                the tables, their commands and what they cost
+    python3 assets/measured/measure.py --list                the tables, their commands, cost and build
     python3 assets/measured/measure.py docking_moored        makes a table and draws the pages anew; without names all
     python3 assets/measured/measure.py --quick               a seed or two of each, to see that commands and rules work
 
@@ -16,6 +16,7 @@ import datetime
 import json
 import os
 import pathlib
+import re
 import resource
 import shutil
 import subprocess
@@ -102,7 +103,9 @@ def processor_s():
 
 def show_list(tables):
     for table in tables:
-        print(f'{table.name}: {table.cost}', *(f'    {line}' for line in table.shown), sep='\n')
+        file = HERE / f'{table.name}.csv'
+        build = re.search('^# build: (.*)$', file.read_text(encoding='utf-8'), re.M) if file.exists() else None
+        print(f'{table.name}: {table.cost}; now of {build[1] if build else "no build"}', *(f'    {line}' for line in table.shown), sep='\n')
     print(f'{len(tables)} tables')
 
 

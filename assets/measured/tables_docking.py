@@ -7,9 +7,8 @@ import re
 from making import aside, beside, docked, failures, grouped, median, share, table, turbidock
 
 MARKER = {'sea_night_active': 'active', 'sea_night_passive': 'passive', 'sea_night_fiducial': 'AprilTags',
-          'paper_sea_night_active': 'active', 'paper_sea_night_passive': 'passive', 'approach_5m': 'active'}
+          'paper_sea_night_active': 'active', 'paper_sea_night_passive': 'passive'}
 MILK, CURRENT = 'water.milk_ml_m3', 'sea.current.surface_velocity_mps'
-PLANS = 'assets/measured/plans'
 
 
 @table([turbidock('batch paper_sea_night --out night.db', quick='--seeds 1 --shard 1/2', key='waits'),
@@ -40,22 +39,32 @@ def docking_over_turbidity(runs):
     return rows
 
 
-@table([turbidock(f'batch {PLANS}/from_5m.yaml --out from_5m.db', quick='--seeds 1 --set trial.duration_s=8'),
-        turbidock('batch navigation_turbidity --seeds 8 --out navigation.db', quick='--seeds 1 --shard 1/90')], '920 trials, 8 h')
-def docking_from_5m(runs):
-    milks = ('0', '10', '20', '40')
-    rows = [['marker', 'navigation error', *(f'{milk} ml/m3' for milk in milks)]]
-    first, plan = (run.trials() for run in runs)
-    cells = {('active', 'from 4.5 m, 30 cm and 5 degrees', '0'): first}
-    for (scenario, case, milk), trials in grouped(plan, 'scenario', 'case', MILK).items():
-        cells[MARKER[scenario], case, f'{float(milk):g}'] = trials
-    for marker, error in dict.fromkeys(key[:2] for key in sorted(cells, key=lambda key: ['active', 'passive', 'AprilTags'].index(key[0]))):
-        row = [marker, error]
-        for milk in milks:
-            trials = cells.get((marker, error, milk))
-            held = docked(trials or [])
-            row.append(f'{len(held)} of {len(trials)}, {median(held, "first_sight_m", 2)} m' if trials else '')
-        rows.append(row)
+QUICK_ENVELOPE = """schema_version: 1
+description: a try-out
+set: {estimator.pose_source: true_pose, trial.duration_s: 20, control.use: lqg}
+cases: {active marker: {scenario: sea_night_active}}
+ranges:
+  navigation.position_bias_std_m: {from: 0.03, to: 1.5, scale: logarithmic, success: falls}
+  sea.current.surface_velocity_mps.1: {from: 0, to: 0.3, success: falls}
+find: {trials: 100, width: 0.5}
+"""
+
+
+@table([turbidock('batch docking_envelope --json --quiet --out envelope.db', files={'quick_docking.yaml': QUICK_ENVELOPE},
+                  quick=('turbidock', 'batch', 'quick_docking.yaml', '--json', '--quiet', '--out', 'envelope.db'))], '300 trials, 1.5 h')
+def docking_envelope(runs):
+    found = runs[0].json()['envelope']
+    over = found['ranges'][0]['key']
+
+    def reach(text):
+        boundary = re.search(r'((?:before |beyond )?[\d.e+-]+) \[([^,]*), ([^]]*)\]', text)
+        return '{} [{}, {}]'.format(*boundary.groups()) if boundary else text.partition(' at every')[0]
+
+    crossings = [[each for each in envelope['crossings'] if each['key'] == over] for envelope in found['envelopes']]
+    hours = {case: sum(trial['cpu_time_s'] for trial in trials) / 3600 for (case,), trials in grouped(runs[0].trials(), 'case').items()}
+    rows = [['marker', *(f'{100 * next(iter(each["at"].values())):.0f} cm' for each in crossings[0]), 'trials', 'processor hours']]
+    for envelope, along in zip(found['envelopes'], crossings):
+        rows.append([envelope['name'], *(reach(each['text']) for each in along), envelope['trials'], f'{hours[envelope["name"]]:.1f}'])
     return rows
 
 
