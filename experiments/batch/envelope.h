@@ -25,9 +25,9 @@ struct Crossing {
   bool falls = true;         // success, along it
   // The part of the range that it is looked for in: all, unless there are several.
   double from = 0, to = 0;
-  double value = 0, low = 0, high = 0;
-  double before = 0, beyond = 0;  // probability that it is outside of that part
-  std::vector<double> drawn{};    // draw by draw; where outside, that end of the part
+  double value = 0, low = 0, high = 0;  // low is below high, also where a range runs down
+  double before = 0, beyond = 0;        // probability that it is outside of that part
+  std::vector<double> drawn{};          // draw by draw; where outside, that end of the part
 };
 
 // Of one combination of cases and grid.

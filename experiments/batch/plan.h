@@ -30,6 +30,9 @@
 //     sea.current.gust_std_mps: {from: 0, to: 0.2, success: falls}  # where success crosses a rate
 //   find: {rate: 0.9, width: 0.1}
 //
+// An element of a list that `set` or a case gives may be ranged, or be in the grid: it then has its
+// own values. A list and its element cannot both be in the grid.
+//
 // Who uses a plan for more than a batch has a group of its own in it (kUseGroups), which decides
 // no trial.
 //

@@ -123,6 +123,15 @@ TEST(Envelope, SaysByHowMuchTwoCasesDiffer) {
   EXPECT_THAT(batch.Summary().differences, IsEmpty()) << "of nothing";
 }
 
+TEST(Envelope, GivesTheLowerEndOfAnIntervalFirstWhereARangeRunsDown) {
+  Batch batch([](double x) { return Logistic(2.197 - 30 * (x - 0.5)); });
+  const std::string up = "from: 0, to: 80";
+  batch.header.plan.replace(batch.header.plan.find(up), up.size(), "from: 80, to: 0");
+  const Crossing crossing = batch.Summary().envelopes[0].crossings[0];
+  EXPECT_LT(crossing.low, crossing.value);
+  EXPECT_GT(crossing.high, crossing.value);
+}
+
 // Docks between 24 and 56 ml/m3.
 TEST(Envelope, SaysBothEndsOfAnIsland) {
   const Batch batch([](double x) { return std::abs(x - 0.5) < 0.2 ? 1 : 0; }, "unknown");
@@ -162,6 +171,9 @@ TEST(Envelope, SaysWhereTheAnswerDoesNotHold) {
   EXPECT_THAT(limits(all), Contains(HasSubstr("shown to be below 90 %: the boundary may be out")));
   EXPECT_THAT(CrossingText(all.Summary(), all.Summary().envelopes[0].crossings[0]),
               StartsWith("90 % up to water milk beyond 80 ["));
+  const report::Json beyond = EnvelopeJson(all.Summary())["envelopes"][0]["crossings"][0];
+  EXPECT_GT(beyond["beyond"], 0.5);
+  EXPECT_LT(beyond["before"], 0.025);  // outside of the 95 %
   const Batch none([](double) { return 0; });
   EXPECT_THAT(limits(none), Contains(HasSubstr("shown to be above 90 %: the boundary may be out")));
   const Batch crashed([](double) { return 0; }, "falls", trial::Outcome::kCrashed);
