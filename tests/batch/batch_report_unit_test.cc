@@ -177,6 +177,41 @@ TEST_F(BatchReport, SaysWhereItCouldTellNothing) {
               HasSubstr("Two groups of 1 trial cannot be told apart by success with 80 %"));
 }
 
+TEST_F(BatchReport, CountsOnlyBoundariesThatAreKnownToTheWidth) {
+  StoreHeader header;
+  header.plan =
+      "ranges: {water.milk_ml_m3: {from: 0, to: 80, success: falls}}\n"
+      "find: {width: 0.2, trials: 100}\n";
+  header.keys = {"water.milk_ml_m3"};
+  header.trials = 41 * kMostOfCell;
+  ResultStore store = ResultStore::Write(file_, header);
+  const auto known = [&] {
+    for (const report::Fact& fact : ReportOf(Summary(store)).facts)
+      if (fact.label == "boundaries") return fact.value;
+    return std::string("no fact");
+  };
+  TrialScheduler scheduler(RuleOf(header), {});
+  const auto run = [&](int64_t most) {
+    for (int64_t i = 0; i < most; ++i) {
+      const auto number = scheduler.Next();
+      if (!number) return;
+      const int64_t milk = 2 * (*number % 41);
+      StoredTrial trial{.trial = *number,
+                        .cell = *number % 41,
+                        .sample = *number / 41,
+                        .parameters = {{"water.milk_ml_m3", std::to_string(milk)}},
+                        .record = {}};
+      testing::End(&trial.record, milk < 40 ? trial::Failure::kNone : trial::Failure::kCollision);
+      store.Add(trial);
+      scheduler.Add(*number, milk < 40);
+    }
+  };
+  run(4);
+  EXPECT_EQ(known(), "0 of 1 known to 20 % of the ranges");
+  run(100);
+  EXPECT_EQ(known(), "1 of 1 known to 20 % of the ranges");
+}
+
 TEST_F(BatchReport, APlanThatCannotBeReadHindersNothing) {
   BatchSummary summary = Summary(Store(80, 80));
   summary.header.plan = "{";

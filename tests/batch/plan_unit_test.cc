@@ -138,6 +138,12 @@ TEST(Plan, ACaseMayHaveAScenarioOfItsOwn) {
               HasSubstr("plan.yaml:2: cases.a.scenario: '': must be a name"));
 }
 
+TEST(Plan, NamesTheCaseAndCellOfATrialThatCannotBe) {
+  EXPECT_THAT(ErrorOf("cases: {fine: {}, tags: {estimator.use: fiducial}}\n"
+                      "grid: {water.milk_ml_m3: [0, 5]}\n"),
+              HasSubstr("plan.yaml: trial 2 (case=tags, water.milk_ml_m3=0): "));
+}
+
 TEST(Plan, LeavesToItsUsesWhatIsTheirs) {
   const std::string text = "scenario: pool_active\n";
   const Plan plan = Make(text), both = Make(text + "gate: {any: thing}\ntuning: [1]\n");

@@ -15,7 +15,9 @@ namespace turbidock::gate {
 namespace {
 
 using statistics::Verdict;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using testing::MessageOf;
 
 // Docks in a share of the range, calm or rough; the rate falls from 0.95 to 0.5 within a tenth of
@@ -122,6 +124,16 @@ TEST_F(EnvelopeGate, LossesOfAreaAndOfSuccessGoTogether) {
     expected += (rate(0.6) - rate(0.5)) / baseline.conditions[0].trials;
   }
   EXPECT_NEAR(shift.SuccessLost(0.1), expected, 0.4 * expected);
+}
+
+TEST_F(EnvelopeGate, OnlyWhatHasToPassIsWarnedOfTooFewTrials) {
+  const Gate gate = Load("{area: 0.05}", "  max_trials: 10\n");
+  GateRun search(gate);
+  EXPECT_THAT(search.Remarks(), IsEmpty());
+  Drive(gate, DocksIn(0.6), &search, 1);
+  EXPECT_THAT(GateRun(gate, search.Measured()).Remarks(),
+              ElementsAre(HasSubstr("'calm': 10 trials are too few"),
+                          HasSubstr("'rough': 10 trials are too few")));
 }
 
 TEST_F(EnvelopeGate, ErrsAsSeldomAsItSays) {
