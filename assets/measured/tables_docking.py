@@ -51,7 +51,7 @@ find: {trials: 100, width: 0.5}
 
 
 @table([turbidock('batch docking_envelope --json --quiet --out envelope.db', files={'quick_docking.yaml': QUICK_ENVELOPE},
-                  quick=('turbidock', 'batch', 'quick_docking.yaml', '--json', '--quiet', '--out', 'envelope.db'))], '300 trials, 1.5 h')
+                  quick=('turbidock', 'batch', 'quick_docking.yaml', '--json', '--quiet', '--out', 'envelope.db'))], '300 trials, 0.7 h')
 def docking_envelope(runs):
     found = runs[0].json()['envelope']
     over = found['ranges'][0]['key']
