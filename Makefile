@@ -100,7 +100,7 @@ wheel:  ## a wheel that needs no compiler, to out/wheel/
 container: package  ## an image for podman or docker
 	podman build -f Containerfile -t turbidock out/deb
 
-# PYTHONS says for which Pythons its wheel is. What is tried is what lies in out/release/.
+# What is tried is what lies in out/release/, its wheel also with each of PYTHONS.
 release: package tarball wheel docs  ## all that a release consists of, to out/release/, tried in bare roots (as root)
 	rm -rf out/release
 	mkdir -p out/release
@@ -109,6 +109,9 @@ release: package tarball wheel docs  ## all that a release consists of, to out/r
 	bash tests/package/deb_test.sh out/release/turbidock_*.deb out/bare
 	bash tests/package/tarball_test.sh out/release/turbidock-*-$$(uname -m).tar.xz out/bare
 	bash tests/package/wheel_test.sh out/release/turbidock-*.whl out/bare
+	for python in $(PYTHONS); do \
+	  bash tests/package/wheel_test.sh out/release/turbidock-*.whl out/bare $$($$python -c 'import sys; print(sys.executable)') || exit; \
+	done
 	cd out/release && sha256sum turbidock* >SHA256SUMS && cat SHA256SUMS
 
 # Also what .ci/run needs beyond the tests.

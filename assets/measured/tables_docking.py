@@ -11,9 +11,9 @@ MARKER = {'sea_night_active': 'active', 'sea_night_passive': 'passive', 'sea_nig
 MILK, CURRENT = 'water.milk_ml_m3', 'sea.current.surface_velocity_mps'
 
 
-@table([turbidock('batch paper_sea_night --out night.db', quick='--seeds 1 --shard 1/2', key='waits'),
-        turbidock('batch paper_sea_night --set procedure.approach.mode=pilot --set trial.duration_s=180 --out pilot.db', quick='--seeds 1 --shard 1/2',
-                  key='is brought nearer by a pilot')], '800 trials, 5 h')
+@table([turbidock('batch paper_sea_night --seeds 60 --out night.db', quick='--seeds 1 --shard 1/2', key='waits'),
+        turbidock('batch paper_sea_night --seeds 60 --set procedure.approach.mode=pilot --set trial.duration_s=180 --out pilot.db',
+                  quick='--seeds 1 --shard 1/2', key='is brought nearer by a pilot')], '240 trials, 1 h')
 def docking_published_night(runs):
     rows = [['marker', 'the vehicle', 'trials', 'docked in the hole', 'within 50 s of finding the marker', 'beside the hole']]
     for run in runs:
