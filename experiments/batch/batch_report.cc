@@ -148,22 +148,28 @@ std::vector<report::Fact> FactsOf(const BatchSummary& summary) {
   return facts;
 }
 
-// What a batch of this size and plan could not have told.
-report::Section LimitsSection(const BatchSummary& summary) {
+std::string LeastDifferenceText(const BatchSummary& summary) {
   const GroupSummary& least = *std::ranges::min_element(summary.groups, {}, &GroupSummary::trials);
   const double p = summary.all.rate();
   const auto seen = statistics::LeastDifferenceSeen(least.trials, 2 * p * (1 - p));
   const std::string two =
       fmt::format("Two {} of {} trial{}", summary.groups.size() > 1 ? "groups" : "such batches",
                   least.trials, least.trials == 1 ? "" : "s");
-  report::Section section{
-      .title = "What it could not tell",
-      .lines = {fmt::format(
-          "{} with 80 % power (McNemar's test at 5 %, other seeds).",
-          seen ? fmt::format(
-                     "{} must differ in success by {:.0f} points of per cent to be told apart", two,
-                     100 * *seen)
-               : fmt::format("{} cannot be told apart by success", two))}};
+  return fmt::format(
+      "{} with 80 % power (McNemar's test at 5 %, as if no seeds were common).",
+      seen ? fmt::format("{} must differ in success by {:.0f} points of per cent to be told apart",
+                         two, 100 * *seen)
+           : fmt::format("{} cannot be told apart by success", two));
+}
+
+// What a batch of this size and plan could not have told.
+report::Section LimitsSection(const BatchSummary& summary) {
+  report::Section section{.title = "What it could not tell", .lines = {}};
+  // groups by how trials ended are no conditions to be told apart
+  if (std::ranges::all_of(summary.keys, [&](const std::string& key) {
+        return std::ranges::count(summary.header.keys, key) > 0;
+      }))
+    section.lines.push_back(LeastDifferenceText(summary));
   if (const auto rest = NotVaried(summary.header); !rest.empty())
     section.lines.push_back(fmt::format("Not varied: {}.", fmt::join(rest, ", ")));
   return section;
@@ -286,7 +292,7 @@ Json ResultJson(const BatchSummary& summary) {
 
 std::string DoneText(int64_t done, int64_t total, int64_t most) {
   return fmt::format("{} of {}{}", done, total,
-                     total == most || done == total ? "" : fmt::format(" to {}", most));
+                     total == most || done == total ? "" : fmt::format(" (at most {})", most));
 }
 
 }  // namespace turbidock::batch

@@ -242,7 +242,7 @@ report::Section ChangeSection(std::vector<Change> changes, const Sides& sides) {
       .title = "What changed",
       .note = fmt::format(
           "Difference: {} less {} on the same seeds{}; medians are of the pairs that succeed in "
-          "both.{}",
+          "both, and the difference of a median is the median of the pairs' differences.{}",
           sides.b, sides.a,
           is_judged ? ""
                     : ", by exact McNemar and sign tests in which the pairs of a seed go together",

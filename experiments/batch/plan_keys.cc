@@ -50,7 +50,7 @@ std::vector<PlanKey> PlanGroups() {
       {"find",
        "boundary in the `ranges` at which success crosses `rate` (0.9), until no more than the "
        "share `width` "
-       "(0.1) of the ranges is undecided with 95 %, or `trials` (5000) are run"},
+       "(0.1) of the ranges is undecided with 95 %, or `trials` (5000; at least 100) are run"},
       {"strata",
        "strata: equally likely parts of the draws by name, each with keys of the scenario; a "
        "cell's trials "

@@ -289,6 +289,13 @@ report::Json GroupsJson(const std::vector<std::string>& keys,
 
 namespace {
 
+// "lqg", but "current gust std 50 mm/s": a number alone does not say of what.
+std::string NamedValue(const std::string& key, const std::string& value) {
+  if (!report::NumberIn(value)) return value;
+  const report::Quantity name = NameOfKey(key);
+  return name.label + " " + name.Text(ValueText(key, value));
+}
+
 // "falls to 50 % at 62.1 [58.3, 66] ml/m³", or that it does not.
 std::string CrossingText(const SuccessCurve& curve, const report::Quantity& x) {
   if (!curve.fit) {
@@ -359,7 +366,9 @@ std::vector<SuccessCurve> SuccessCurves(const std::vector<StoredTrial>& trials,
     group.group.pop_back();
     if (curves.empty() || group.group != values) {
       values = group.group;
-      curves.push_back({.name = fmt::format("{}", fmt::join(values, ", "))});
+      std::vector<std::string> names;
+      for (size_t i = 0; i < values.size(); ++i) names.push_back(NamedValue(by[i], values[i]));
+      curves.push_back({.name = fmt::format("{}", fmt::join(names, ", "))});
     }
     if (group.trials > 0) curves.back().points.push_back({*x, std::move(group)});
   }

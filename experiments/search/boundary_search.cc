@@ -186,13 +186,14 @@ int64_t RoundAfter(const Lattice& lattice, int64_t trials) {
 std::vector<int> NextRound(const BoundarySearch& search, const std::vector<Tally>& tallies,
                            std::vector<int64_t> run) {
   const int64_t trials = std::accumulate(run.begin(), run.end(), int64_t{0});
-  const int64_t count = RoundAfter(search.lattice, trials), first = FirstRound(search.lattice);
+  const int64_t count = std::min(RoundAfter(search.lattice, trials), search.most - trials);
+  const int64_t first = FirstRound(search.lattice);
   std::vector<int> cells;
   if (trials == 0) {
     for (int64_t i = 0; i < count; ++i) cells.push_back(EvenCell(search.lattice, i));
     return cells;
   }
-  if (trials >= search.most) return {};
+  if (count <= 0) return {};
   const double level = LogOdds(search.rate);
   const MatrixXd draws = DrawLogOdds(search.lattice, tallies, kDraws).array() - level;
   if (ShareUndecided(SidesOf(draws, ShareAbove(draws))) <= search.width) return {};

@@ -46,7 +46,7 @@ struct BoundarySearch {
   Lattice lattice = {};
   double rate = 0.9;   // in (0, 1): the boundary is where success crosses it
   double width = 0.1;  // the search ends when no more than this share of the cells is undecided
-  int64_t most = 1'000'000;      // trials: or after so many at least
+  int64_t most = 1'000'000;      // trials: or after so many
   int64_t most_of_cell = 1'000;  // no more trials of a cell than that
 };
 

@@ -21,6 +21,7 @@
 namespace turbidock::batch {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -170,6 +171,12 @@ TEST_F(BatchReport, SaysWhatItCouldNotTell) {
       text, HasSubstr(fmt::format("Two groups of 10 trials must differ in success by {:.0f} points",
                                   100 * seen)));
   EXPECT_THAT(text, HasSubstr("Not varied: vehicle, station, sea, lights, cameras, faults.\n"));
+}
+
+TEST_F(BatchReport, GroupsByHowTrialsEndedAreNoConditionsToTellApart) {
+  const ResultStore store = Store(80, 80);
+  EXPECT_THAT(report::Text(ReportOf(Summary(store, {.by = {"control.use", "failure"}}))),
+              AllOf(Not(HasSubstr("Two groups")), HasSubstr("Not varied: vehicle")));
 }
 
 TEST_F(BatchReport, SaysWhereItCouldTellNothing) {

@@ -73,6 +73,16 @@ TEST(SuccessCurve, SeveralKeysNameACurveTogether) {
   EXPECT_EQ(curves[1].points[0].trials.successes, 19);
 }
 
+TEST(SuccessCurve, ANumberAloneSaysOfWhat) {
+  std::vector<StoredTrial> trials = InStrata();
+  for (StoredTrial& trial : trials)
+    trial.parameters.push_back({"sea.current.gust_std_mps", "0.05"});
+  EXPECT_EQ(SuccessCurves(trials, "water.milk_ml_m3", {"scenario", "sea.current.gust_std_mps"})
+                .at(0)
+                .name,
+            "active, current gust std 0.05 m/s");
+}
+
 // Success that rises: 0 of 10, then 10 of 10.
 TEST(SuccessCurve, SaysWhetherSuccessFallsOrRises) {
   const auto text = [](const char* docks, const char* fails) {
