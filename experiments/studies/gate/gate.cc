@@ -61,6 +61,13 @@ int64_t TrialsToPass(batch::JudgeOptions options, int most) {
   return same.verdict() == Verdict::kPass ? same.pairs() : most + 1;
 }
 
+// How the side that failed ended; of the baseline's trials no more than the outcome is kept.
+std::string WhyFlipped(const batch::ComparedTrial& before, const trial::TrialRecord& now,
+                       bool never) {
+  if (never) return NameOf(now.outcome) + std::string(", as none may end");
+  return now.success() ? NameOf(before.outcome) : NameOf(now.failure);
+}
+
 // What trials had otherwise than this gate's: "water.milk_ml_m3=20".
 std::vector<std::string> SetOtherwise(const batch::StoreHeader& header, const Gate& gate) {
   std::vector<std::string> groups = {"scenario."};
@@ -271,8 +278,7 @@ ConditionReport GateRun::ReportOf(size_t condition) const {
                                       : now.success()  ? batch::FlipKind::kGained
                                                        : batch::FlipKind::kForbidden,
                             .group = report.condition,
-                            .why = NameOf(now.success() ? before.outcome : now.outcome) +
-                                   std::string(never ? ", as none may end" : ""),
+                            .why = WhyFlipped(before, trial.record, never),
                             .link = fmt::format("{}_{}", bundles_[condition], now.seed),
                             .trial_b = trial.trial});
   }

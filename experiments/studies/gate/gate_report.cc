@@ -101,9 +101,12 @@ Section ConditionSection(const GateReport& report) {
                    ? fmt::format("{:.1f} points", 100 * *c.smallest_loss_noticed)
                    : "none"});
   }
-  return {.title = "Conditions",
-          .note = "Smallest loss noticed: of success, with a probability of 80 %.",
-          .table = table};
+  return {
+      .title = "Conditions",
+      .note =
+          "Smallest loss noticed: of success, that fails with a probability of 80 %; between the "
+          "margin and it a loss may end inconclusive.",
+      .table = table};
 }
 
 // A column a build, all judged against the same baseline.

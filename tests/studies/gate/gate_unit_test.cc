@@ -136,6 +136,17 @@ TEST_F(GateVerdict, EveryTrialWorseByLessThanTheMarginPasses) {
   EXPECT_EQ(Judge(gate, baseline, Slower(0.95, 5.1)).verdict, Verdict::kFail);
 }
 
+TEST_F(GateVerdict, ALostSeedSaysWhyAsABatchDoes) {
+  const Gate gate = Load();
+  const GateReport report = Judge(gate, Measure(gate, DocksAt(0.95)), [](int64_t, int64_t seed) {
+    trial::TrialRecord record = Ended(seed, false);
+    record.failure = trial::Failure::kOscillation;
+    return record;
+  });
+  ASSERT_THAT(report.conditions.at(0).flips, Not(IsEmpty()));
+  EXPECT_EQ(report.conditions[0].flips[0].why, "oscillation");
+}
+
 TEST_F(GateVerdict, TooFewTrialsAreInconclusive) {
   const Gate gate = Load("", "  max_trials: 10\n");
   const GateReport report = Judge(gate, Measure(gate, DocksAt(0.95)), DocksAt(0.95));
