@@ -13,6 +13,7 @@
 #include "experiments/config/yaml_fields.h"
 #include "experiments/studies/gate/gate_plan.h"
 #include "experiments/studies/tuning/study.h"
+#include "experiments/system/output_path.h"
 #include "experiments/trial/record_columns.h"
 #include "experiments/trial/scenario.h"
 #include "experiments/trial/scene_marker.h"
@@ -91,6 +92,17 @@ void PrintKeys(const std::vector<config::KeyDoc>& keys) {
   }
 }
 
+// Plans and what builds on them as they are written: a beginning for one's own.
+void PrintFile(const std::string& name, const trial::Plugins& plugins) {
+  for (const char* folder : {"plans", "gates", "studies"})
+    if (std::ranges::count(config::BundledNames(folder), name) > 0) {
+      const std::string file = config::FindBundled(folder, "file", name);
+      std::fputs(system::ReadWhole(file).c_str(), stdout);
+      return;
+    }
+  std::fputs(trial::SaveResolved(trial::LoadScenario(name, {}, "", plugins), {}).c_str(), stdout);
+}
+
 void PrintTags(const std::string& file) {
   const auto fiducial = config::LoadLayers<vision::FiducialParams>({file}, {});
   if (fiducial.tags.empty()) throw ConfigError(file + ": tags: must name at least one tag");
@@ -100,7 +112,7 @@ void PrintTags(const std::string& file) {
 int List(const ListArguments& arguments) {
   const auto& [plugins, what, show, tags] = arguments;
   if (!show.empty())
-    std::fputs(trial::SaveResolved(trial::LoadScenario(show, {}, "", plugins), {}).c_str(), stdout);
+    PrintFile(show, plugins);
   else if (!tags.empty())
     PrintTags(tags);
   else if (what == "all")
@@ -135,8 +147,9 @@ void AddList(command::CommandLine& line) {
                "result-keys: every key of a result with its column in a batch's file")
           .OneOf({"all", "scenarios", "plans", "gates", "studies", "keys", "plan-keys", "gate-keys",
                   "study-keys", "result-keys"});
-  list.Add("--show SCENARIO", arguments.show,
-           "Instead: a scenario, bundled or a file, with every default spelt out")
+  list.Add("--show NAME", arguments.show,
+           "Instead: a scenario, bundled or a file, with every default spelt out; a bundled plan, "
+           "gate or\nstudy as it is written")
       .Excludes(what);
   list.Add("--tags FILE", arguments.tags,
            "Instead: MJCF that draws fiducial tags; FILE has the keys of estimator.fiducial: "

@@ -14,6 +14,7 @@
 #include "experiments/batch/result_store.h"
 #include "experiments/command/command_line.h"
 #include "experiments/command/progress.h"
+#include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/plain_text.h"
@@ -48,16 +49,19 @@ TURBIDOCK_COMMANDS(TURBIDOCK_DECLARE)
 namespace turbidock::app {
 namespace {
 
-// What this program was built from and runs on.
+// What this program was built from, runs on, and where its data is; or why that cannot be said.
 void PrintVersions() {
-  std::string mesa;
-  try {
-    mesa = view::MakeGlContext(view::GlBackend::kOsmesa)->description();
-  } catch (const std::exception& error) {
-    mesa = error.what();
-  }
-  std::printf("%sMuJoCo %s\nMesa %s\nOpenCV %s\n", system::BuiltFrom().c_str(), mj_versionString(),
-              mesa.c_str(), CV_VERSION);
+  const auto said = [](const auto& what) -> std::string {
+    try {
+      return what();
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+  };
+  const std::string mesa =
+      said([] { return view::MakeGlContext(view::GlBackend::kOsmesa)->description(); });
+  std::printf("%sMuJoCo %s\nMesa %s\nOpenCV %s\ndata %s\n", system::BuiltFrom().c_str(),
+              mj_versionString(), mesa.c_str(), CV_VERSION, said(config::DataDir).c_str());
 }
 
 int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {

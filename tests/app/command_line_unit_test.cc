@@ -1,5 +1,6 @@
 // The program as a user meets it: exit codes, where output goes, and what is said of bad input.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -110,7 +111,7 @@ TEST_F(CommandLine, ExpectDecidesTheExitCode) {
 TEST_F(CommandLine, VersionNamesWhatItRunsOn) {
   const ProgramEnd end = RunProgram({"--version"});
   EXPECT_EQ(end.exit_code, 0);
-  for (const char* name : {"turbidock", "git", "compiler", "MuJoCo", "Mesa", "OpenCV"})
+  for (const char* name : {"turbidock", "git", "compiler", "MuJoCo", "Mesa", "OpenCV", "\ndata /"})
     EXPECT_THAT(end.out, HasSubstr(name));
 }
 
@@ -135,6 +136,11 @@ TEST_F(CommandLine, ListHasALineForEveryBundledFile) {
   }
   EXPECT_EQ(RunProgram({"list"}).out, all);
   EXPECT_THAT(RunProgram({"list", "--show", "pool_active"}).out, HasSubstr("milk_ml_m3: "));
+  for (const auto& [kind, known] : kinds)
+    if (std::string(kind) != "scenarios")
+      EXPECT_EQ(
+          RunProgram({"list", "--show", known}).out,
+          TextOf(fmt::format("{}/../../assets/{}/{}.yaml", TURBIDOCK_TEST_DATA, kind, known)));
   EXPECT_THAT(RunProgram({"list", "result-keys"}).out, HasSubstr("| `outcome`"));
 }
 
