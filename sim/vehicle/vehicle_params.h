@@ -20,7 +20,8 @@ struct RigidBodyParams {
 
   static void Fields(auto& self, auto&& field) {
     field("mass_kg", self.mass_kg, Above(0),
-          "dry mass of the vehicle, with the water trapped in it");
+          "dry mass of the vehicle, with the water trapped in it; what exceeds the water that "
+          "displaced_volume_m3 of hydrodynamics stands for sinks it");
     field("p_BBcm_m", self.p_BBcm_m, InRange(-10, 10),
           "vehicle's centre of mass: x, y, z in the vehicle's frame B");
     field("inertia_kg_m2", self.inertia_kg_m2, Above(0),
@@ -44,7 +45,8 @@ struct LoadParams {
   Eigen::Vector3d p_BQ_m{0, 0, 0};
 
   static void Fields(auto& self, auto&& field) {
-    field("mass_kg", self.mass_kg, AtLeast(0), "mass of a load (payload or ballast)");
+    field("mass_kg", self.mass_kg, AtLeast(0),
+          "mass of a load (payload or ballast); in water less what its volume_m3 displaces");
     field("volume_m3", self.volume_m3, AtLeast(0),
           "volume of water that a load (payload or ballast) displaces");
     field("p_BQ_m", self.p_BQ_m, InRange(-10, 10),

@@ -89,6 +89,18 @@ class Documents(unittest.TestCase):
         self.assertGreater(seen, 30)  # else the blocks are no longer found
         self.assertEqual(wrong, [])
 
+    def test_bundled_files_are_named_not_sought(self):
+        # who has the program from a package has no such folder; footage has no names
+        sought = [line for document in documents() for line, words in commands_of(document.read_text())
+                  for word in words if word.startswith('assets/') and not word.startswith('assets/footage/')]
+        self.assertEqual(sought, [])
+
+    def test_outcomes_are_those_of_the_program(self):
+        names = re.search(r'EnumList<Outcome>\((.*?)\);', (ROOT / 'experiments/trial/trial_record.h').read_text(), re.S)[1]
+        table = (ROOT / 'experiments/trial/README.md').read_text().partition('| Outcome |')[2].partition('\n\n')[0]
+        cells = ' '.join(row.split('|')[1] for row in table.splitlines() if row.startswith('|'))
+        self.assertEqual(re.findall(r'`(\w+)`', cells), re.findall(r'"(\w+)"', names))
+
     def test_headings_are_headings(self):
         # "#heading" is what clang-format makes of "# heading"
         self.assertEqual([str(document) for document in documents() if re.match(r'#+[^# ]', document.read_text())], [])

@@ -26,7 +26,8 @@ Progress = Union[Callable[[float, str], Any], bool, None]
 
 def _line(share: float, words: str) -> None:
     """A line on stderr, written over the one before."""
-    print(f"\r{100 * share:3.0f} %  {words}\033[K", end="", file=sys.stderr, flush=True)
+    text = f"{100 * share:3.0f} %  {words}"
+    print(f"\r{text:<78}", end="", file=sys.stderr, flush=True)
 
 
 def _reporter(progress: Progress) -> Callable[[float, str], Any] | None:

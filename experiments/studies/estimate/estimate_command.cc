@@ -82,10 +82,9 @@ void AddEstimate(command::CommandLine& line) {
   estimate.Add("--seed", input.seed, "Root of all randomness");
   estimate.AddSet(arguments.assignments,
                   "Set one key of marker or estimator, such as estimator.rm_ga.range.x_max_m=3");
-  estimate.Add(
-      "--overlay", arguments.overlay,
-      "Draw the estimate on the images: FILE.mp4, or FILE.png of the last frame, which the "
-      "page of a document beside it shows");
+  estimate.Add("--overlay", arguments.overlay,
+               "Draw the estimate on the images: FILE.mp4; or FILE.png, of the last frame, which "
+               "a report of the --json document in the same folder shows");
   estimate.AddJson(arguments.json);
   estimate.AddQuiet(arguments.quiet);
 }

@@ -57,9 +57,10 @@ int Tune(const TuneArguments& arguments) {
     }
     if (!so_far.generations.empty() && !so_far.finished) {
       const GenerationRecord& g = so_far.generations.back();
-      progress.Say(fmt::format("  {:3}: best {:8.2f}, incumbent {:8.2f} ({:.0f} % succeed){}",
-                               g.generation, g.best, g.incumbent, 100 * g.incumbent_success,
-                               g.replaced ? ", replaced" : ""));
+      progress.Say(fmt::format(
+          "  {:3}: best {:8.2f}, incumbent on the same new seeds {:8.2f} ({:.0f} % succeed){}",
+          g.generation, g.best, g.incumbent, 100 * g.incumbent_success,
+          g.replaced ? ", replaced" : ""));
     }
   };
   try {
