@@ -60,7 +60,7 @@ std::vector<std::string> NotVaried(const StoreHeader& header);
 // The keys that tell a batch's cells apart; none of anything else.
 std::vector<std::string> GridOf(const StoreHeader& header);
 
-// "17 of 480" or, where the total is not known yet, "17 of 320 to 480".
+// "17 of 480" or, where the total is not known yet, "17 of 320 (at most 480)".
 std::string DoneText(int64_t done, int64_t total, int64_t most);
 
 }  // namespace turbidock::batch

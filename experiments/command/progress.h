@@ -48,7 +48,8 @@ class Progress {
     ShowOrSay(share, words, std::numeric_limits<double>::infinity());
   }
   // The same of equal parts; what is done when it is first called was so before. There will be from
-  // `least`, as far as is known, to `most`: "37 of 142 to 870 trials, 2:00 to 13:40 min left".
+  // `least`, as far as is known, to `most`: "37 of 142 (at most 870) trials, 2:00 to 13:40 min
+  // left".
   void ShowDone(int64_t done, int64_t least, int64_t most, const std::string& what, double every_s);
   void ShowDone(int64_t done, int64_t of, const std::string& what, double every_s) {
     ShowDone(done, of, of, what, every_s);
