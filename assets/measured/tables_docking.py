@@ -24,7 +24,7 @@ def docking_published_night(runs):
     return rows
 
 
-@table([turbidock('batch turbidity_sweep --seeds 12 --out sweep.db', quick='--seeds 6 --shard 1/96')], '192 trials, 1 h')
+@table([turbidock('batch turbidity_sweep --seeds 6 --out sweep.db', quick='--seeds 6 --shard 1/96')], '96 trials, 0.6 h')
 def docking_over_turbidity(runs):
     cells = grouped(runs[0].trials(), MILK, 'scenario')
     rows = [['milk, ml/m3', *(f'{name}' for marker in ('active', 'passive')
