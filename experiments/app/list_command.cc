@@ -92,8 +92,9 @@ void PrintKeys(const std::vector<config::KeyDoc>& keys) {
   }
 }
 
-// Plans and what builds on them as they are written: a beginning for one's own.
-void PrintFile(const std::string& name, const trial::Plugins& plugins) {
+// A bundled plan, gate or study as it is written, a beginning for one's own; else a scenario with
+// all its values. No two bundled files have one name.
+void PrintNamed(const std::string& name, const trial::Plugins& plugins) {
   for (const char* folder : {"plans", "gates", "studies"})
     if (std::ranges::count(config::BundledNames(folder), name) > 0) {
       const std::string file = config::FindBundled(folder, "file", name);
@@ -112,7 +113,7 @@ void PrintTags(const std::string& file) {
 int List(const ListArguments& arguments) {
   const auto& [plugins, what, show, tags] = arguments;
   if (!show.empty())
-    PrintFile(show, plugins);
+    PrintNamed(show, plugins);
   else if (!tags.empty())
     PrintTags(tags);
   else if (what == "all")

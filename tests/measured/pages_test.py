@@ -1,5 +1,6 @@
 """The pages of measured results: drawn from their files, and what is malformed is refused."""
 
+import csv
 import pathlib
 import re
 import sys
@@ -22,6 +23,32 @@ TABLE = draw.read_table(ORIGIN + 'milk,"docked, of 30"\n0,\n20,"a|b"\n', "t.csv"
 def pages():
     return [*ROOT.glob("*.md")] + [page for module in ("assets", "control", "experiments", "models", "sim", "tests", "vision")
                                    for page in (ROOT / module).rglob("*.md") if "node_modules" not in page.parts]
+
+
+def rows_of(name):
+    """Of a table's file, without its origin and its columns' names."""
+    lines = (ROOT / f"assets/measured/{name}.csv").read_text().splitlines()
+    return list(csv.reader(line for line in lines if not line.startswith("#")))[1:]
+
+
+class Readme(unittest.TestCase):
+    """What README says in numbers is what the tables say."""
+    TEXT = (ROOT / "README.md").read_text()
+
+    def test_has_the_envelope(self):
+        rows = rows_of("docking_envelope")
+        for column, error in ((1, "3 cm"), (2, "21 cm")):
+            cells = []
+            for row in rows:
+                cell = row[column].replace("before 0", "none").replace("beyond ", ">")
+                cells.append(re.sub(r"[\d.]+", lambda number: f"{float(number[0]):.0f}", cell))
+            self.assertIn(f"| {error} | {' | '.join(cells)} |", self.TEXT)
+        trials, hours = (sum(float(row[column]) for row in rows) for column in (4, 5))
+        self.assertIn(f"{trials:.0f} trials, {hours:.1f} processor hours", self.TEXT)
+
+    def test_has_the_published_night(self):
+        active, passive, _, brought = (f"{row[3]} of {row[2]}" for row in rows_of("docking_published_night"))
+        self.assertIn(f"active marker {active}; passive {passive}, with a pilot {brought}", self.TEXT)
 
 
 class ResultFile(unittest.TestCase):
