@@ -222,7 +222,8 @@ report::Section ChangeSection(std::vector<Change> changes, const Sides& sides) {
       return value ? report::Digits(*value * quantity.factor) : "-";
     };
     const auto change = [&](double value) {
-      return fmt::format("{:+.3g}", value * quantity.factor + 0.0);
+      const std::string digits = report::Digits(value * quantity.factor, 3);
+      return digits.front() == '-' ? digits : "+" + digits;
     };
     std::string difference = c.difference ? change(*c.difference) : "-";
     if (c.interval_95)

@@ -132,11 +132,10 @@ std::string Spoken(const std::string& sentence) {
   return Words(std::regex_replace(sentence, kShape, "$1"));
 }
 
-std::string Digits(double value, int digits) { return fmt::format("{:.{}g}", value + 0.0, digits); }
-
-std::string Number(double value, int digits) {
-  const bool is_long = std::abs(value) >= std::pow(10, digits) && std::abs(value) < 1e6;
-  return is_long ? fmt::format("{:.0f}", value) : Digits(value, digits);
+std::string Digits(double value, int digits) {
+  // what rounds up to one digit more, too
+  const bool is_long = std::abs(value) >= std::pow(10, digits) - 0.5 && std::abs(value) < 1e6;
+  return is_long ? fmt::format("{:.0f}", value) : fmt::format("{:.{}g}", value + 0.0, digits);
 }
 
 std::string PValue(double p) {

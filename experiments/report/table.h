@@ -85,11 +85,9 @@ std::string Words(std::string name);
 // A sentence about a trial without names of shapes, "hull_box" -> "hull", and keys.
 std::string Spoken(const std::string& sentence);
 
-// A number in so many significant digits at most.
+// A number in so many significant digits at most, but all before the point of what is below a
+// million.
 std::string Digits(double value, int digits = 4);
-
-// The same, but all digits before the point of what is below a million.
-std::string Number(double value, int digits = 4);
 
 // A probability of a test: 0.042, or 3.1e-05.
 std::string PValue(double p);

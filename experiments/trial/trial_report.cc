@@ -128,7 +128,7 @@ Section Settings(const Scenario& scenario) {
 }
 
 std::string Shown(const Json& value, const report::Quantity& of) {
-  if (value.is_number()) return of.Text(report::Number(of.factor * value.get<double>()));
+  if (value.is_number()) return of.Text(report::Digits(of.factor * value.get<double>()));
   if (value.is_boolean()) return value.get<bool>() ? "true" : "false";
   if (value.is_string() && !value.get_ref<const std::string&>().empty()) return value;
   if (!value.is_array()) return "-";

@@ -38,12 +38,14 @@ TEST(Fixed, IsADashForWhatIsNotThere) {
   EXPECT_EQ(Fixed(std::nullopt, 3), "-");
 }
 
-TEST(Number, HasAllDigitsBeforeThePoint) {
-  EXPECT_EQ(Number(18000), "18000");
-  EXPECT_EQ(Number(123456.7), "123457");
-  EXPECT_EQ(Number(0.123456), "0.1235");
-  EXPECT_EQ(Number(-12345), "-12345");
-  EXPECT_EQ(Number(2e6), "2e+06");
+TEST(Digits, HasAllDigitsBeforeThePoint) {
+  EXPECT_EQ(Digits(18000), "18000");
+  EXPECT_EQ(Digits(123456.7), "123457");
+  EXPECT_EQ(Digits(0.123456), "0.1235");
+  EXPECT_EQ(Digits(-12345), "-12345");
+  EXPECT_EQ(Digits(2e6), "2e+06");
+  EXPECT_EQ(Digits(999.6, 3), "1000");
+  EXPECT_EQ(Digits(-0.0), "0");
 }
 
 }  // namespace

@@ -176,7 +176,8 @@ report::Section GainsSection(const Study& study, const TuningResult& result) {
     const GainRange& g = study.settings().gains[i];
     const report::Quantity name = batch::NameOfKey(g.key);
     table.Row({name.Title(),
-               fmt::format("{:.3g} to {:.3g}{}", name.factor * g.low, name.factor * g.high,
+               fmt::format("{} to {}{}", report::Digits(name.factor * g.low, 3),
+                           report::Digits(name.factor * g.high, 3),
                            g.scale == Scale::kLog ? ", log" : ""),
                report::Digits(name.factor * result.start[i]),
                report::Digits(name.factor * result.tuned[i]), g.key});
