@@ -7,6 +7,7 @@
 
 #include "experiments/studies/check_vehicle/check_vehicle.h"
 #include "experiments/trial/world.h"
+#include "sim/view/geom_mesh.h"
 #include "sim/view/gl_context.h"
 #include "sim/view/stereo_renderer.h"
 
@@ -61,6 +62,24 @@ bool PoleMeetsDock(const vehicle::Scene& scene) {
           (model.geom_contype[dock] & model.geom_conaffinity[pole]) != 0)
         return true;
   return false;
+}
+
+// How far the pole's parts reach past the site that is its tip, along x of the camera head.
+double BeyondTip(const vehicle::Scene& scene) {
+  const mjModel& m = *scene.model;
+  double most_m = -std::numeric_limits<double>::infinity();
+  for (int geom = 0; geom < m.ngeom; ++geom) {
+    if (scene.geom_part[static_cast<size_t>(geom)] != vehicle::Part::kPole) continue;
+    const double *p = m.geom_pos + 3 * geom, *q = m.geom_quat + 4 * geom;
+    const Pose X_HG =
+        scene.X_BH.Inverse() * Pose{Eigen::Quaterniond(q[0], q[1], q[2], q[3]), {p[0], p[1], p[2]}};
+    if (m.geom_type[geom] == mjGEOM_SPHERE)
+      most_m = std::max(most_m, X_HG.p.x() + m.geom_size[3 * geom]);
+    else
+      for (const Vector3d& v : view::MeshOf(m, geom).vertices_m)
+        most_m = std::max(most_m, (X_HG * v).x());
+  }
+  return most_m - scene.p_HQ_pole_tip.x();
 }
 
 // The scene with nothing of the vehicle to be seen.
@@ -135,7 +154,8 @@ PoleReport ReportPole(const vehicle::Scene& scene, const Pose& X_HM_docked) {
           .aside_m = p_DQ.y(),
           .above_m = p_DQ.z(),
           .clearance_m = scene.dock_throat_half_width_m - radius_m,
-          .meets_dock = PoleMeetsDock(scene)};
+          .meets_dock = PoleMeetsDock(scene),
+          .beyond_tip_m = BeyondTip(scene)};
 }
 
 CollisionReport ReportCollision(const vehicle::Scene& scene, const Pose& X_HM_servoing,

@@ -1,7 +1,7 @@
 #pragma once
 // What a vehicle's builder wants to know before the first trial: does it float, which way does each
 // thruster push, how fast does it get, does it hold the scenario's current, does it see the marker,
-// does its pole reach the hole, and would `run` run it.
+// does its pole reach the hole, and does it dock when it sees perfectly.
 
 #include <algorithm>
 #include <cmath>
@@ -77,8 +77,17 @@ struct PoleReport {
   double aside_m = 0, above_m = 0;
   double clearance_m = 0;   // between pole and hole, all around
   bool meets_dock = false;  // they can touch
+  double beyond_tip_m = 0;  // how far its parts reach past its tip, negative: end before it
 
-  TURBIDOCK_FIELDS(depth_m, past_throat_m, aside_m, above_m, clearance_m, meets_dock)
+  TURBIDOCK_FIELDS(depth_m, past_throat_m, aside_m, above_m, clearance_m, meets_dock, beyond_tip_m)
+};
+
+// Trials on the true pose, from where the scenario begins them.
+struct FlightReport {
+  int flown = 0, docked = 0;
+  std::string end;  // of the first that did not dock, in words
+
+  TURBIDOCK_FIELDS(flown, docked, end)
 };
 
 struct VehicleCheck {
@@ -94,12 +103,13 @@ struct VehicleCheck {
   std::vector<ViewReport> views;
   PoleReport pole;
   CollisionReport collision;
+  FlightReport flights;               // none where `run` refuses it
   std::vector<std::string> problems;  // with which it cannot dock
   std::vector<std::string> warnings;
 
   Eigen::Vector3d hull_size_m() const { return hull[0].high_m - hull[0].low_m; }
   TURBIDOCK_FIELDS(vehicle, scenario, mjcf, data, mass_kg, levels, refusal, floating, hull,
-                   thrusters, axes, views, pole, collision, problems, warnings)
+                   thrusters, axes, views, pole, collision, flights, problems, warnings)
 };
 
 // Of the scenario's vehicle as `vehicle` describes it, before its station and in its sea.

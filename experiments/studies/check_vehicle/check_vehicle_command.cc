@@ -79,14 +79,24 @@ void RequireVehicle(const std::string& file) {
     throw ConfigError(file + ": no such file, and no bundled vehicle of that name (" +
                       BundledVehicles() + ")");
   }
+  if (fs::path(file).extension() == ".yaml")
+    throw ConfigError(file + ": is no MJCF; give that, " +
+                      fs::path(file).replace_extension(".xml").string() + ", and this beside it");
   if (!fs::is_regular_file(fs::path(file).replace_extension(".yaml"), ignored)) RefuseForeign(file);
 }
 
 // Writes a URDF as MJCF and, unless there are such, the data that it has. Says what it is and what
 // it lacks; false where it is no vehicle yet.
 bool Convert(const std::string& urdf, const fs::path& mjcf) {
-  const UrdfVehicle vehicle = ReadUrdf(urdf, fs::absolute(mjcf).parent_path());
   const fs::path data = fs::path(mjcf).replace_extension(".yaml");
+  std::error_code ignored;
+  if (fs::exists(mjcf, ignored))
+    throw ConfigError(
+        "--mjcf " + mjcf.string(),
+        fmt::format("is there already: remove it to write it anew, and {} if the URDF "
+                    "is to give mass and inertia",
+                    data.string()));
+  const UrdfVehicle vehicle = ReadUrdf(urdf, fs::absolute(mjcf).parent_path());
   system::WriteWhole(mjcf, vehicle.mjcf);
   const vehicle::MjModelPtr model =
       vehicle::ReadModel({.scene = config::ModelPath("sea_active.xml"),
@@ -102,8 +112,10 @@ bool Convert(const std::string& urdf, const fs::path& mjcf) {
              kg, urdf, vehicle.links, vehicle.links == 1 ? "" : "s", vehicle.thrusters.size(),
              vehicle.thrusters.size() == 1 ? "" : "s", vehicle.thrusters.empty() ? "" : ": ",
              fmt::join(vehicle.thrusters, ", "));
-  std::error_code ignored;
-  if (!fs::exists(data, ignored)) {
+  if (fs::exists(data, ignored)) {
+    fmt::print(stderr, "{}: is kept, and counts where it gives another mass or inertia\n",
+               data.string());
+  } else {
     std::string text = "rigid_body:  # of the URDF\n";
     system::WriteWhole(data, text + system::Indented(config::SaveYaml(vehicle.body), "  "));
     fmt::print(stderr, "{}: mass and inertia; the rest is yours to give\n", data.string());
@@ -140,6 +152,9 @@ int Check(const CheckArguments& arguments) {
   if (is_urdf)
     return Convert(arguments.file, arguments.mjcf) ? command::kExitDone : command::kExitCheckFailed;
   RequireVehicle(arguments.file);
+  for (const std::string& set : arguments.assignments)
+    if (set.starts_with("vehicle.model="))
+      throw ConfigError("--set " + set, "the vehicle is the file that is named before");
   std::vector<std::string> assignments = {VehicleModel(arguments.file)};
   assignments.insert(assignments.end(), arguments.assignments.begin(), arguments.assignments.end());
   const trial::Scenario scenario = trial::LoadScenario(arguments.scenario, assignments);

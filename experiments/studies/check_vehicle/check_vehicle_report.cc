@@ -31,7 +31,7 @@ std::vector<report::Fact> FactsOf(const VehicleCheck& check) {
   const Floating& f = check.floating;
   const Eigen::Vector3d size_mm = 1000 * check.hull_size_m();
   std::vector<report::Fact> facts = {
-      {"mass", fmt::format("{:.2f} kg", check.mass_kg), "from " + check.data},
+      {"mass", fmt::format("{:.2f} kg", check.mass_kg), "with its loads"},
       {"hull", fmt::format("{:.0f} x {:.0f} x {:.0f} mm", size_mm.x(), size_mm.y(), size_mm.z()),
        "long, wide and high, from " + check.mjcf},
       {f.buoyancy_newton >= 0 ? "rises with" : "sinks with",
@@ -51,6 +51,9 @@ std::vector<report::Fact> FactsOf(const VehicleCheck& check) {
                    fmt::format("docked, {:.0f} mm past the mouth", MmFromM(p.depth_m))});
   facts.push_back({"pole off its axis", BesideText(p.aside_m, p.above_m),
                    fmt::format("with {:.0f} mm free around it", MmFromM(p.clearance_m))});
+  if (check.flights.flown > 0)
+    facts.push_back({"docked", fmt::format("{} of {}", check.flights.docked, check.flights.flown),
+                     "trials on the true pose"});
   return facts;
 }
 

@@ -5,11 +5,15 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 
 #include "experiments/config/data_files.h"
 #include "experiments/config/yaml_fields.h"
+#include "experiments/report/table.h"
 #include "experiments/studies/check_vehicle/check_vehicle.h"
+#include "experiments/trial/world.h"
 #include "sim/base/units.h"
+#include "sim/vehicle/model_files.h"
 
 namespace turbidock::check_vehicle {
 namespace {
@@ -60,6 +64,7 @@ class Judgement {
       : scenario_(scenario), scene_(scene), check_(*check) {}
 
   void OfFiles();
+  void OfCameras();
   void OfHull();
   void OfFloating();
   void OfAxes();
@@ -101,10 +106,28 @@ void Judgement::OfFiles() {
     warn("principal moments",
          fmt::format("{:.3g}, {:.3g} and {:.3g} kg m^2", in_mjcf[0], in_mjcf[1], in_mjcf[2]),
          fmt::format("{:.3g}, {:.3g} and {:.3g}", in_data[0], in_data[1], in_data[2]));
+  OfCameras();
   const double height_m = check_.hull_size_m().z(),
                said_m = scenario_.known_vehicle.hydrodynamics.hull_height_m;
   if (differs(height_m, said_m, 0.4))
     warn("a hull", fmt::format("{:.3g} m in height", height_m), fmt::format("{:.3g} m", said_m));
+}
+
+// Where the MJCF has its cameras, before the rig's data moved them.
+void Judgement::OfCameras() {
+  constexpr double kApart_m = 0.002;
+  const vehicle::MjModelPtr model = vehicle::ReadModel(trial::SceneFilesOf(scenario_));
+  const auto text = [](const Vector3d& p) {
+    return fmt::format("({:.3f}, {:.3f}, {:.3f}) m", p.x(), p.y(), p.z());
+  };
+  for (const auto& [camera, side] :
+       {std::pair{scene_.left_camera, "left"}, std::pair{scene_.right_camera, "right"}}) {
+    const Vector3d drawn = Vector3d::Map(model->cam_pos + 3 * camera),
+                   placed = Vector3d::Map(scene_.model->cam_pos + 3 * camera);
+    if ((drawn - placed).norm() > kApart_m)
+      Warn(fmt::format("{} has the {} camera at {}, cameras.rig puts it at {}, which counts",
+                       check_.mjcf, side, text(drawn), text(placed)));
+  }
 }
 
 // Whether its parts can be those of one body: what is in other units is far from that.
@@ -151,8 +174,9 @@ void Judgement::OfFloating() {
         floating.buoyancy_newton > 0 ? "rises" : "sinks", std::abs(floating.buoyancy_newton),
         100 * std::abs(floating.buoyancy_newton) / against));
   if (std::max(std::abs(floating.roll_rad), std::abs(floating.pitch_rad)) > kMuchTrim_rad)
-    Warn(fmt::format("it floats askew: rolled by {:.1f}° and pitched by {:.1f}°",
-                     Deg(floating.roll_rad) + 0.0, Deg(floating.pitch_rad)));
+    Warn(fmt::format("it floats askew: rolled by {}° and pitched by {}°",
+                     report::Fixed(Deg(floating.roll_rad), 1),
+                     report::Fixed(Deg(floating.pitch_rad), 1)));
   for (const auto& [dof, name] : {std::pair{Dof::kRoll, "roll"}, std::pair{Dof::kPitch, "pitch"}})
     if (!check_.levels &&
         scenario_.vehicle.hydrodynamics.linear_damping_diagonal[static_cast<int>(dof)] == 0)
@@ -169,10 +193,10 @@ void Judgement::OfAxes() {
       continue;
     }
     if (!check_.levels && axis.tilt_rad() > kMuchTilt_rad)
-      Warn(
-          fmt::format("full {} tilts it by {:.0f}°: little rights it against thrusters off "
-                      "its centre",
-                      axis.axis, Deg(axis.tilt_rad())));
+      Warn(fmt::format("full {} {}: little rights it against thrusters off its centre", axis.axis,
+                       axis.tilt_rad() > std::numbers::pi / 2
+                           ? "turns it over"
+                           : fmt::format("tilts it by {:.0f}°", Deg(axis.tilt_rad()))));
     const double most = std::min(axis.most, -axis.most_back);
     if (axis.load > most)
       Problem(
@@ -212,6 +236,10 @@ void Judgement::OfDocking() {
         fmt::format("docked, {:.2f} m before the marker, the pole's tip is {:.0f} mm short of "
                     "the straight hole",
                     scenario_.procedure.docked_x_m, -1000 * pole.past_throat_m));
+  if (constexpr double kApart_m = 0.01; std::abs(pole.beyond_tip_m) > kApart_m)
+    Warn(fmt::format("its pole ends {:.0f} mm {} pole_tip, which is what counts in the hole",
+                     1000 * std::abs(pole.beyond_tip_m),
+                     pole.beyond_tip_m < 0 ? "before" : "beyond"));
   if (std::max(std::abs(pole.aside_m), std::abs(pole.above_m)) > pole.clearance_m)
     Problem(fmt::format("docked, the pole's tip is off the hole's axis: {}; {:.0f} mm are free",
                         BesideText(pole.aside_m, pole.above_m), 1000 * pole.clearance_m));
@@ -223,6 +251,11 @@ void Judgement::OfDocking() {
   const bool said = std::ranges::any_of(
       check_.axes, [](const AxisReport& axis) { return axis.most == 0 && axis.most_back == 0; });
   if (!check_.refusal.empty() && !said) Problem("`run` refuses it: " + check_.refusal);
+  const FlightReport& flights = check_.flights;
+  if (flights.docked == flights.flown) return;
+  (flights.docked == 0 ? check_.problems : check_.warnings)
+      .push_back(fmt::format("of {} trials on the true pose {} dock, the first that does not: {}",
+                             flights.flown, flights.docked, flights.end));
 }
 
 }  // namespace

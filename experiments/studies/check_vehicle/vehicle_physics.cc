@@ -37,6 +37,20 @@ Floating FloatingOf(const vehicle::VehicleData& data, double gravity_mps2) {
   return floating;
 }
 
+double ForceAlong(control::Axis axis, const vehicle::VehicleData& data,
+                  const std::vector<vehicle::ThrusterInScene>& thrusters,
+                  const ThrusterCommand& command) {
+  const auto kinds = data.thrusters.Of(NamesOf(thrusters), "vehicle.thrusters");
+  const PerThruster effectiveness = data.thrusters.Effectiveness(thrusters.size());
+  double sum = 0;
+  for (size_t i = 0; i < thrusters.size(); ++i) {
+    const vehicle::ThrusterInScene& t = thrusters[i];
+    const Vector3d f_B = effectiveness[i] * kinds[i].Thrust(command.volts[i]) * t.axis_B;
+    sum += axis == control::kYaw ? t.p_BT.cross(f_B).z() : f_B[axis];
+  }
+  return sum;
+}
+
 SteadyMotion SteadyMotionOf(const vehicle::VehicleData& data,
                             const std::vector<vehicle::ThrusterInScene>& thrusters,
                             const ThrusterCommand& command, control::Axis axis,

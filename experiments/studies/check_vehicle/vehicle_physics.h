@@ -26,6 +26,11 @@ struct Floating {
 };
 Floating FloatingOf(const vehicle::VehicleData& data, double gravity_mps2);
 
+// Force or moment along an axis at rest when the thrusters are commanded these volts, N or N m.
+double ForceAlong(control::Axis axis, const vehicle::VehicleData& data,
+                  const std::vector<vehicle::ThrusterInScene>& thrusters,
+                  const ThrusterCommand& command);
+
 // How it goes in the end when the thrusters are commanded these volts: steady velocity and tilt at
 // which weight, buoyancy, drag, Coriolis forces and the thrust that the inflow leaves add up to
 // nothing. Its buoyancy is trimmed away.
