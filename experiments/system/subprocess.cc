@@ -9,7 +9,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
+#include <csignal>
 #include <cstring>
+#include <thread>
 
 #include "experiments/system/plain_text.h"
 #include "sim/base/check.h"
@@ -107,6 +110,21 @@ std::string Subprocess::Finish() {
                               : "ended with exit status " + std::to_string(WEXITSTATUS(status));
   const std::string report = OneLineOf(Contents(errors_));
   throw SimulatorFault(name_ + " " + end + (report.empty() ? "" : ": " + report));
+}
+
+std::optional<std::string> Subprocess::FinishUnless(const std::function<bool()>& stop) {
+  Close(&input_);
+  siginfo_t ended{};
+  while (waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+         ended.si_pid == 0) {
+    if (stop()) {
+      kill(-pid_, SIGKILL);  // it leads a group of its own
+      CloseAndWait();
+      return std::nullopt;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  return Finish();
 }
 
 void Subprocess::FinishWriting(const std::string& path) {

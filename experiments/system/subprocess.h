@@ -4,6 +4,8 @@
 #include <sys/types.h>
 
 #include <cstddef>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +41,9 @@ class Subprocess {
   // end but exit status 0 is a SimulatorFault with the status and the last of standard error, in
   // one line.
   std::string Finish();
+  // The same, but when `stop` asks for an end meanwhile the program and those that it started are
+  // killed, and nothing is returned.
+  std::optional<std::string> FinishUnless(const std::function<bool()>& stop);
   // The same for a program that writes the file `path`: ConfigError when the disk is full.
   void FinishWriting(const std::string& path);
 

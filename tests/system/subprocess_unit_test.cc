@@ -4,7 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <optional>
 #include <string>
+#include <thread>
 
 #include "sim/base/check.h"
 
@@ -75,6 +79,17 @@ TEST(Subprocess, ProgramThatStopsReadingIsNotASignal) {
   const std::string sent(4 << 20, 'x');
   EXPECT_FALSE(deaf.Write(sent.data(), sent.size()));
   EXPECT_EQ(FaultOf([&] { deaf.Finish(); }), "sh ended with exit status 4: enough");
+}
+
+TEST(Subprocess, IsKilledWithItsOwnWhenStopped) {
+  const std::string alive = ::testing::TempDir() + "alive";
+  Subprocess slow({"sh", "-c", "(sleep 1; touch " + alive + ") & wait"}, "dash");
+  int asked = 0;
+  EXPECT_EQ(slow.FinishUnless([&] { return ++asked > 2; }), std::nullopt);
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  EXPECT_FALSE(std::filesystem::exists(alive));
+  Subprocess quick({"echo", "done"}, "coreutils");
+  EXPECT_EQ(quick.FinishUnless([] { return false; }), "done\n");
 }
 
 // A program that held the other end of an earlier one's input would keep that one waiting for ever.

@@ -129,6 +129,7 @@ Times MedianTimes(const Repeats& repeats) {
     std::ranges::sort(same, {}, &Times::frame_s);
     const Times& median = same[same.size() / 2];
     sum.frames += median.frames;
+    sum.seen += median.seen;
     sum.simulated_s += median.simulated_s;
     for (size_t k = 0; k < kLoopStages; ++k) sum.stages_s[k] += median.stages_s[k];
     sum.bare_s += *statistics::Median(bare_s);
@@ -149,10 +150,12 @@ BenchResult RunBench(const trial::Scenario& scenario, const BenchOptions& option
     std::vector<Times> blocks;
     std::vector<Pose> states;
     double evaluations = 0;
+    int64_t seen = 0;
     const auto close_block = [&] {
       if (states.size() < 2) return;  // a single frame is left out
       blocks.push_back(
           {.frames = std::ssize(states),
+           .seen = std::exchange(seen, 0),
            .simulated_s = static_cast<double>(states.size()) * scenario.clock.frame_s(),
            .stages_s = timer.Take(),
            .bare_s = BareSeconds(states, &bare),
@@ -164,6 +167,7 @@ BenchResult RunBench(const trial::Scenario& scenario, const BenchOptions& option
     trial.observe = [&](const trial::TrialFrame& frame) {
       states.push_back(frame.record.true_X_WB);
       evaluations += static_cast<double>(frame.evaluations);
+      seen += frame.record.fitness >= limited.procedure.lost_fitness;
       if (std::ssize(states) == kBlockFrames) close_block();
     };
     const trial::TrialResult ended = trial::RunTrial(limited, trial);

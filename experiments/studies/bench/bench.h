@@ -30,6 +30,7 @@ struct BenchOptions {
 // Sums over frames of a trial.
 struct Times {
   int64_t frames = 0;
+  int64_t seen = 0;  // of them, with a usable estimate: others search a whole image
   double simulated_s = 0;
   StageTimer::Seconds stages_s{};
   double bare_s = 0;  // bare rendering of both views

@@ -1,16 +1,18 @@
 #include "experiments/studies/bench/instructions.h"
 
+#include <fmt/chrono.h>
 #include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
+#include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <string_view>
 #include <utility>
 
+#include "experiments/report/table.h"
 #include "experiments/system/build_info.h"
 #include "experiments/system/output_path.h"
 #include "experiments/system/subprocess.h"
@@ -18,6 +20,8 @@
 
 namespace turbidock::bench {
 namespace {
+
+namespace fs = std::filesystem;
 
 using Stages = std::map<std::string, double>;
 
@@ -40,13 +44,6 @@ const std::map<std::string, std::vector<std::string>> kRuns = {
     {"active, whole", {"sea_night_active", "--set", "trial.region_of_interest=false"}},
     {"passive, whole", {"paper_sea_night_passive", "--set", "trial.region_of_interest=false"}}};
 
-// What is counted, after the column's name.
-const std::map<std::string, Weights> kInstructions = {{"", {{"Ir", 1}}}};
-// Lines of 64 bytes that are fetched and written back.
-const std::map<std::string, Weights> kTraffic = {
-    {", accesses", {{"Dr", 1}, {"Dw", 1}}},
-    {", bytes",
-     {{"ILmr", 64}, {"DLmr", 64}, {"DLmw", 64}, {"ILdmr", 64}, {"DLdmr", 64}, {"DLdmw", 64}}}};
 constexpr double kDuration_s = 0.7;  // 21 frames
 // The last of them are counted, from one call of this function to the next.
 constexpr int kFrames = 15;
@@ -66,51 +63,53 @@ std::string_view Named(std::string_view line, std::map<std::string, std::string>
   return name;
 }
 
-double NumberAt(std::string_view line, size_t begin) {
+// Of a line of callgrind's, whose last word it is.
+double CostIn(std::string_view line) {
+  const size_t begin = line.rfind(' ') + 1;
   double number = 0;
   const auto [end, error] = std::from_chars(line.data() + begin, line.data() + line.size(), number);
-  if (error != std::errc()) throw ConfigError(fmt::format("\"{}\" ends in no number", line));
+  if (error != std::errc())
+    throw ConfigError("", fmt::format("callgrind's \"{}\" ends in no number", line));
   return number;
 }
 
-// Of a line's numbers, one for each event and none for zeros at the end.
-double Cost(std::string_view numbers, const std::vector<double>& weights) {
-  std::istringstream stream{std::string(numbers)};
-  double cost = 0, number = 0;
-  for (const double weight : weights)
-    if (stream >> number) cost += weight * number;
-  return cost;
-}
+// A folder as long as it is looked at.
+struct Scratch {
+  fs::path path = fs::temp_directory_path() / fmt::format("turbidock-{}.callgrind", getpid());
 
-// callgrind's files of a trial's last frames, one after the other.
-std::string CountTrial(const std::vector<std::string>& run, bool traffic) {
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / fmt::format("turbidock-{}.callgrind", getpid());
-  std::filesystem::create_directories(folder);
-  std::vector<std::string> command = {"valgrind", "--tool=callgrind",
+  Scratch() { fs::create_directories(path); }
+  ~Scratch() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+};
+
+// callgrind's files of a trial's last frames, one after the other; nothing when stopped.
+std::optional<std::string> CountTrial(const std::vector<std::string>& run,
+                                      const std::function<bool()>& stop) {
+  const Scratch folder;
+  std::vector<std::string> command = {"valgrind",
+                                      "--tool=callgrind",
                                       fmt::format("--dump-before={}", kOnceAFrame),
-                                      "--callgrind-out-file=" + (folder / "part").string()};
-  if (traffic)  // a core's own caches of a common size
-    for (const char* argument : {"--cache-sim=yes", "--simulate-wb=yes", "--I1=32768,8,64",
-                                 "--D1=32768,8,64", "--LL=2097152,16,64"})
-      command.push_back(argument);
-  command.push_back(std::filesystem::read_symlink("/proc/self/exe").string());
-  command.push_back("run");
+                                      "--callgrind-out-file=" + (folder.path / "part").string(),
+                                      fs::read_symlink("/proc/self/exe").string(),
+                                      "run"};
   command.insert(command.end(), run.begin(), run.end());
   for (const std::string& argument :
        {std::string("--quiet"), std::string("--seed"), std::string("5"), std::string("--set"),
         fmt::format("trial.duration_s={}", kDuration_s)})
     command.push_back(argument);
-  system::Subprocess(command, "valgrind").Finish();
+  if (!system::Subprocess(command, "valgrind").FinishUnless(stop)) return std::nullopt;
   // part.N ends at the N-th call; what comes after the last one is in `part`
   int calls = 0;
-  const auto part = [&](int number) { return folder / fmt::format("part.{}", number); };
-  while (std::filesystem::exists(part(calls + 1))) ++calls;
+  const auto part = [&](int number) { return folder.path / fmt::format("part.{}", number); };
+  while (fs::exists(part(calls + 1))) ++calls;
   TD_CHECK(calls >= kFrames, "callgrind saw too few frames");
   std::string frames;
   for (int number = calls - kFrames + 1; number <= calls; ++number)
     frames += system::ReadWhole(part(number));
-  std::filesystem::remove_all(folder);
   return frames;
 }
 
@@ -118,7 +117,9 @@ std::vector<std::string> Cells(const std::string& line) {
   std::vector<std::string> cells(1);
   bool quoted = false;
   for (const char c : line)
-    if (c == '"')
+    if (c == '\r')
+      continue;
+    else if (c == '"')
       quoted = !quoted;
     else if (c == ',' && !quoted)
       cells.emplace_back();
@@ -129,31 +130,25 @@ std::vector<std::string> Cells(const std::string& line) {
 
 }  // namespace
 
-Stages CountStages(const std::string& callgrind_text, const Weights& weights) {
+Stages CountStages(const std::string& callgrind_text) {
   Stages stages;
-  std::vector<double> of_event;
   std::map<std::string, std::string> names;
   std::string_view caller, callee;
   bool call = false;  // the next line has the cost of one
   std::istringstream lines(callgrind_text);
   for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("events: ")) {
-      std::istringstream events(line.substr(8));
-      for (std::string event; events >> event;)
-        of_event.push_back(weights.contains(event) ? weights.at(event) : 0);
-    } else if (line.starts_with("fn=")) {
+    if (line.starts_with("fn=")) {
       caller = Named(line, &names);
     } else if (line.starts_with("cfn=")) {
       callee = Named(line, &names);
     } else if (line.starts_with("calls=")) {
       call = true;
     } else if (line.starts_with("totals: ")) {
-      stages["frame"] += Cost(line.substr(8), of_event);
+      stages["frame"] += CostIn(line);
     } else if (std::exchange(call, false)) {
       const char* stage = StageOf(callee);
       const char* within = StageOf(caller);
-      if (stage != nullptr && stage != within)
-        stages[stage] += Cost(line.substr(line.find(' ') + 1), of_event);
+      if (stage != nullptr && stage != within) stages[stage] += CostIn(line);
     }
   }
   for (const auto& [stage, function] : kFunctions)
@@ -168,14 +163,18 @@ Stages CountStages(const std::string& callgrind_text, const Weights& weights) {
   return stages;
 }
 
-Instructions CountInstructions(bool traffic) {
+std::optional<Instructions> CountInstructions(const std::function<void(int done, int of)>& on_trial,
+                                              const std::function<bool()>& stop) {
   Instructions counted;
-  CountTrial(kRuns.begin()->second, false);  // fills Mesa's cache of shaders
+  const int trials = 1 + static_cast<int>(kRuns.size());
+  // fills Mesa's cache of shaders
+  if (!CountTrial(kRuns.begin()->second, stop)) return std::nullopt;
   for (const auto& [column, run] : kRuns) {
-    const std::string frames = CountTrial(run, traffic);
-    for (const auto& [what, weights] : traffic ? kTraffic : kInstructions)
-      for (const auto& [stage, number] : CountStages(frames, weights))
-        counted[column + what][stage] = number / kFrames;
+    on_trial(1 + static_cast<int>(counted.size()), trials);
+    const std::optional<std::string> frames = CountTrial(run, stop);
+    if (!frames) return std::nullopt;
+    for (const auto& [stage, number] : CountStages(*frames))
+      counted[column][stage] = number / kFrames;
   }
   return counted;
 }
@@ -183,31 +182,48 @@ Instructions CountInstructions(bool traffic) {
 Instructions ReadInstructions(const std::string& path) {
   Instructions table;
   std::vector<std::string> heads;
-  std::ifstream file(path);
+  std::istringstream file(system::ReadWhole(path));
   int number = 0;
+  const auto fail = [&](const std::string& why) {
+    throw ConfigError(fmt::format("{}:{}: {}", path, number, why));
+  };
   for (std::string line; std::getline(file, line);) {
     ++number;
     if (line.starts_with('#')) continue;
     const std::vector<std::string> cells = Cells(line);
     if (heads.empty()) {
       heads = cells;
+      for (size_t i = 1; i < heads.size(); ++i)
+        if (!kRuns.contains(heads[i])) fail("no column of such a table: " + heads[i]);
+      if (heads.size() != kRuns.size() + 1) fail("its columns must be those that --update writes");
       continue;
     }
     if (cells.size() != heads.size())
-      throw ConfigError(
-          "", fmt::format("{}:{}: {} cells, must be {}", path, number, cells.size(), heads.size()));
-    for (size_t i = 1; i < cells.size(); ++i)
-      table[heads[i]][cells[0]] = 1e6 * NumberAt(cells[i], 0);
+      fail(fmt::format("{} cells, must be {}", cells.size(), heads.size()));
+    if (std::ranges::count(kCountedStages, cells[0]) == 0) fail("no stage: " + cells[0]);
+    for (size_t i = 1; i < cells.size(); ++i) {
+      const std::optional<double> millions = report::NumberIn(cells[i]);
+      if (!millions || !(*millions >= 0)) fail("no number of instructions: " + cells[i]);
+      table[heads[i]][cells[0]] = 1e6 * *millions;
+    }
   }
-  if (table.empty()) throw ConfigError(path + ": no table of instructions");
+  for (const char* stage : kCountedStages)
+    if (table.empty() || !table.begin()->second.contains(stage))
+      fail(fmt::format("has no row {}; --update writes such a table", stage));
   return table;
 }
 
 void WriteInstructions(const std::string& path, const Instructions& instructions) {
-  std::string text, line;
-  std::ifstream file(path);
-  while (std::getline(file, line) && line.starts_with('#')) text.append(line).append("\n");
-  text += fmt::format("\"{}\"", Cells(line)[0]);
+  std::string text = "# title: Instructions of a frame by stage\n";
+  if (fs::exists(path)) {
+    text.clear();
+    std::istringstream file(system::ReadWhole(path));
+    for (std::string line; std::getline(file, line) && line.starts_with('#');)
+      if (!line.starts_with("# date:")) text += line + "\n";
+  }
+  const std::time_t now = std::time(nullptr);
+  text += fmt::format("# date: {:%Y-%m-%d}\n", fmt::localtime(now));
+  text += "\"millions of instructions a frame\"";
   for (const auto& [column, stages] : instructions) text += fmt::format(",\"{}\"", column);
   text += "\n";
   for (const char* stage : kCountedStages) {
@@ -223,10 +239,8 @@ std::vector<std::string> Grown(const Instructions& now, const Instructions& tabl
   std::vector<std::string> grown;
   for (const auto& [column, stages] : now)
     for (const auto& [stage, number] : stages) {
-      const auto of_column = table.find(column);
-      if (of_column == table.end() || !of_column->second.contains(stage)) continue;
-      const double least = of_column->second.at("frame") / 100;
-      if (number > (1 + kAllowedGrowth) * std::max(of_column->second.at(stage), least))
+      const Stages& before = table.at(column);
+      if (number > (1 + kAllowedGrowth) * std::max(before.at(stage), before.at("frame") / 100))
         grown.push_back(fmt::format("{}: {}", column, stage));
     }
   return grown;
@@ -241,12 +255,9 @@ report::Report ReportOf(const Instructions& now, const Instructions& table) {
   for (const char* stage : kCountedStages) {
     std::vector<report::Cell> cells = {stage};
     for (const auto& [column, stages] : now) {
-      const double number = stages.at(stage);
-      const auto known = table.find(column);
-      const double before =
-          known != table.end() && known->second.contains(stage) ? known->second.at(stage) : 0;
+      const double number = stages.at(stage), before = table.at(column).at(stage);
       cells.emplace_back(report::Fixed(number / 1e6, 2));
-      cells.emplace_back(before > 0 ? report::Fixed(before / 1e6, 2) : "-");
+      cells.emplace_back(report::Fixed(before / 1e6, 2));
       cells.emplace_back(before > 0 ? report::Fixed(number / before, 3) : "-");
     }
     rows.Row(std::move(cells));
@@ -256,8 +267,9 @@ report::Report ReportOf(const Instructions& now, const Instructions& table) {
           .title = "What a frame takes",
           .build = system::VersionAndCommit(),
           .facts = {{"more than 5 % above the table",
-                     grown.empty() ? "nothing" : fmt::format("{}", fmt::join(grown, ", ")), ""}},
-          .sections = {{.title = "Millions a frame, by stage", .table = rows}}};
+                     grown.empty() ? "nothing" : fmt::format("{}", fmt::join(grown, ", ")),
+                     "what is less than 1 % of a frame counts as 1 %"}},
+          .sections = {{.title = "Millions of instructions a frame, by stage", .table = rows}}};
 }
 
 }  // namespace turbidock::bench

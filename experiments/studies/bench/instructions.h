@@ -3,11 +3,11 @@
 // callgrind: the same on every machine whose processor has AVX2, however loaded it is, so that they
 // can be compared with a table of theirs. Of the last frames of a short trial. valgrind counts what
 // `rep movs` and `rep stos` write by the element.
-// Or, of the same trials and stages, traffic: accesses to data, and the bytes that go between
-// memory and valgrind's model of a core's caches.
 
 #include <array>
+#include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,23 +19,22 @@ namespace turbidock::bench {
 inline constexpr std::array kCountedStages = {"render",  "water",   "sensor", "labels", "estimate",
                                               "control", "physics", "rest",   "frame"};
 
-// By column (what was run), by stage, instructions (accesses, bytes) a frame.
+// By column (what was run), by stage, instructions a frame.
 using Instructions = std::map<std::string, std::map<std::string, double>>;
-
-// What each of callgrind's events counts for.
-using Weights = std::map<std::string, double>;
 
 // By stage, of all that callgrind's files hold, one after the other. ConfigError when a stage's
 // function is in none.
-std::map<std::string, double> CountStages(const std::string& callgrind_text,
-                                          const Weights& weights = {{"Ir", 1}});
+std::map<std::string, double> CountStages(const std::string& callgrind_text);
 
-// Runs the trials. SimulatorFault without valgrind, with its package.
-Instructions CountInstructions(bool traffic);
+// Runs the trials; says how many of them all are done. Nothing when `stop` asks for an end
+// meanwhile. SimulatorFault without valgrind, with its package.
+std::optional<Instructions> CountInstructions(const std::function<void(int done, int of)>& on_trial,
+                                              const std::function<bool()>& stop);
 
-// A table of assets/measured; ConfigError with the line for what is none.
+// A table of this program. ConfigError with file and line for what is none, or has not its columns
+// and rows.
 Instructions ReadInstructions(const std::string& path);
-// Puts numbers into it in place of those that are there; what it says of itself stays.
+// Writes it anew, with today's date. What an earlier one says of itself stays.
 void WriteInstructions(const std::string& path, const Instructions& instructions);
 
 // More than the table's by more than this share fails, of stages that are a hundredth of a frame or

@@ -7,10 +7,12 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "experiments/studies/bench/instructions.h"
+#include "experiments/system/output_path.h"
 #include "experiments/trial/trial.h"
 #include "tests/support/program.h"
 
@@ -129,6 +131,9 @@ TEST(BenchCommand, BadInput) {
   EXPECT_EQ(RunProgram({"bench", "--frames", "1"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"bench", "--repeats", "0"}).exit_code, 2);
   EXPECT_EQ(RunProgram({"bench", "--set", "no.such_key=1"}).exit_code, 2);
+  EXPECT_THAT(RunProgram({"bench", "pool_active", "--instructions", "x.csv"}).err,
+              ::testing::HasSubstr("excludes"));
+  EXPECT_EQ(RunProgram({"bench", "--instructions", "no_such_table.csv"}).exit_code, 2);
 }
 
 // As callgrind writes it: names are given once, a call's line has what it costs with all it calls.
@@ -162,23 +167,6 @@ TEST(Instructions, AreCountedByStage) {
   EXPECT_THROW(CountStages("totals: 1000\n"), ConfigError);
 }
 
-// Events are told by their names; zeros at a line's end are left out.
-TEST(Instructions, TrafficIsCountedFromTheSameFile) {
-  std::string text = CallgrindText();
-  for (const auto& [from, to] :
-       std::initializer_list<std::pair<const char*, const char*>>{{"Ir\n", "Ir Dr Dw\n"},
-                                                                  {" 100\n", " 100 20 3\n"},
-                                                                  {" 12\n", " 12 5\n"},
-                                                                  {" 1000\n", " 1000 90 40\n"}})
-    text.replace(text.find(from), std::string(from).size(), to);
-  EXPECT_EQ(CountStages(text).at("render"), 100);
-  const std::map<std::string, double> bytes = CountStages(text, {{"Dr", 64}, {"Dw", 1}, {"no", 7}});
-  EXPECT_EQ(bytes.at("render"), 64 * 20 + 3);
-  EXPECT_EQ(bytes.at("water"), 64 * 5);
-  EXPECT_EQ(bytes.at("sensor"), 0);
-  EXPECT_EQ(bytes.at("frame"), 64 * 90 + 40);
-}
-
 TEST(Instructions, MayGrowByFivePercentOfAStage) {
   const Instructions table = {{"whole", {{"sensor", 100}, {"control", 1}, {"frame", 1000}}}};
   const auto grown = [&](double sensor, double control) {
@@ -189,20 +177,51 @@ TEST(Instructions, MayGrowByFivePercentOfAStage) {
   EXPECT_THAT(grown(10, 10.6), ::testing::ElementsAre("whole: control"));
 }
 
+Instructions Counted(double number) {
+  Instructions now;
+  for (const char* column : {"active, region", "active, whole", "passive, whole"})
+    for (const char* stage : kCountedStages) now[column][stage] = number;
+  return now;
+}
+
 TEST(Instructions, KeepWhatATableSaysOfItself) {
   const std::string path = ::testing::TempDir() + "instructions.csv";
-  std::ofstream(path) << "# title: a table\n\"millions\",\"whole, again\"\nframe,1.5\n";
-  EXPECT_EQ(ReadInstructions(path), (Instructions{{"whole, again", {{"frame", 1.5e6}}}}));
-  Instructions now;
-  for (const char* stage : kCountedStages) now["whole, again"][stage] = 2e6;
-  WriteInstructions(path, now);
-  EXPECT_EQ(ReadInstructions(path), now);
-  std::ifstream file(path);
-  std::string first;
-  std::getline(file, first);
-  EXPECT_EQ(first, "# title: a table");
-  std::ofstream(path) << "a,b\nframe\n";
+  std::ofstream(path) << "# title: a table\n# date: 2001-01-01\n# machine: mine\n";
+  WriteInstructions(path, Counted(2e6));
+  EXPECT_EQ(ReadInstructions(path), Counted(2e6));
+  const std::string text = system::ReadWhole(path);
+  EXPECT_THAT(text, ::testing::StartsWith("# title: a table\n# machine: mine\n# date: 20"));
+  EXPECT_THAT(text, ::testing::Not(::testing::HasSubstr("2001")));
+}
+
+// Nothing passes for being compared with a table of something else, or with none of a stage.
+TEST(Instructions, AreReadFromSuchATableAlone) {
+  const std::string path = ::testing::TempDir() + "instructions.csv";
+  std::filesystem::remove(path);
   EXPECT_THROW(ReadInstructions(path), ConfigError);
+  WriteInstructions(path, Counted(2e6));
+  const std::string whole = system::ReadWhole(path);
+  const auto error = [&](const std::string& from, const std::string& to) -> std::string {
+    std::string text = whole;
+    text.replace(text.find(from), from.size(), to);
+    std::ofstream(path) << text;
+    try {
+      ReadInstructions(path);
+    } catch (const ConfigError& what) {
+      return what.what();
+    }
+    return "";
+  };
+  using ::testing::HasSubstr;
+  EXPECT_THAT(error("active, whole", "over run"),
+              HasSubstr(":3: no column of such a table: over run"));
+  EXPECT_THAT(error(",\"passive, whole\"", ""), HasSubstr(":3: its columns must be"));
+  EXPECT_THAT(error("water,2.000", "water,nan"), HasSubstr(":5: no number of instructions: nan"));
+  EXPECT_THAT(error("water,2.000", "water,-2"), HasSubstr("no number of instructions: -2"));
+  EXPECT_THAT(error("water,", "fire,"), HasSubstr(":5: no stage: fire"));
+  EXPECT_THAT(error("frame,2.000,2.000,2.000\n", ""), HasSubstr("has no row frame"));
+  EXPECT_THAT(error("water,2.000,", "water,"), HasSubstr(":5: 3 cells, must be 4"));
+  EXPECT_EQ(error("water,2.000,2.000,2.000\n", "water,2.000,2.000,2.000\r\n"), "");
 }
 
 }  // namespace
