@@ -88,8 +88,8 @@ int Batch(const BatchArguments& arguments) {
   const batch::BatchSummary summary = batch::SummaryOf(store, arguments.out);
   command::PrintReport(batch::ReportOf(summary), batch::ResultJson(summary), arguments.json);
   if (end.done_now > 0)
-    progress.Say(fmt::format("{} trials in {}, {:.0f} an hour; results in {}", end.done_now,
-                             command::Duration(end.wall_time_s),
+    progress.Say(fmt::format("{} trial{} in {}, {:.0f} an hour; results in {}", end.done_now,
+                             end.done_now == 1 ? "" : "s", command::Duration(end.wall_time_s),
                              3600 * static_cast<double>(end.done_now) / end.wall_time_s,
                              arguments.out));
   if (!page.empty()) {

@@ -182,7 +182,12 @@ Kept KeptOf(const ResultStore& store, const Plan& plan, const StoreHeader& heade
   for (const StoredTrial& trial : store.Trials()) {
     if (!trial.record.judged()) continue;  // runs again
     const std::optional<int64_t> number = plan.NumberOf(trial.parameters, trial.sample);
-    if (!number) throw OtherResults(store.file(), LabelOf(trial) + ", is not of this plan", "");
+    if (!number) {
+      const std::string seeds = change_of("seeds");
+      throw OtherResults(
+          store.file(),
+          seeds + (seeds.empty() ? "" : ": ") + LabelOf(trial) + ", is not of this plan", "");
+    }
     const TrialSpec spec = plan.Trial(*number);
     const trial::Scenario scenario = plan.ScenarioOf(spec);
     const std::string& drawn = trial.record.renderer;

@@ -197,14 +197,15 @@ std::vector<std::string> NotVaried(const StoreHeader& header) {
       std::erase(rest, key.substr(0, key.find_first_of(".[")));
   };
   bool scenarios = false;
+  const auto look_at = [&](const config::YamlNode& keys) {
+    vary(keys);
+    scenarios |= keys.Find("scenario").has_value();
+  };
   for (const char* part : {"grid", "ranges", "random"})
-    if (const auto keys = plan->Find(part)) {
-      vary(*keys);
-      scenarios |= keys->Find("scenario").has_value();
-    }
+    if (const auto keys = plan->Find(part)) look_at(*keys);
   for (const char* part : {"cases", "strata"})
     if (const auto cases = plan->Find(part))
-      for (const auto& [name, keys] : cases->Entries()) vary(keys);
+      for (const auto& [name, keys] : cases->Entries()) look_at(keys);
   if (scenarios) rest.emplace_back("but for what its scenarios differ in");
   for (std::string& name : rest) name = report::Words(name);
   return rest;

@@ -105,6 +105,8 @@ Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
   const config::YamlNode plan = InItsFolder(given);
   const std::string& file = plan.file;
   folder_ = fs::absolute(file).lexically_normal().parent_path();
+  if (plan.Find("trial"))
+    throw ConfigError(file + ": is a scenario, no plan; turbidock run runs it");
   RefuseKeys(plan, ReplacedPlanKeys());
   if (!plan.Find("resolved_scenarios")) {
     for (const PlanKey& key : overrides.refused)
@@ -132,11 +134,13 @@ Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
   ReadSet(plan, overrides.assignments);
   if (const auto cases = plan.Find("cases")) {
     cases_ = CasesIn(*cases, kCaseKey);
-    for (Case& one : cases_)
-      for (const config::Assignment& last : overrides.assignments) {
-        std::erase_if(one.values, [&](const auto& own) { return own.key == last.key; });
-        one.values.push_back(last);
-      }
+    VariedKeys last;
+    for (const config::Assignment& one : overrides.assignments) last.Add(one.key, one.value);
+    for (Case& one : cases_) {
+      for (const config::Assignment& own : one.values) last.RequireNew(own.key, own.value);
+      one.values.insert(one.values.end(), overrides.assignments.begin(),
+                        overrides.assignments.end());
+    }
     GridAxis& axis = grid_.emplace_back(GridAxis{kCaseKey, {}});
     for (const Case& one : cases_) axis.values.push_back(one.name);
   }

@@ -132,7 +132,7 @@ const char* MeaningOf(trial::Failure failure) {
     case kLostInDocking:
       return "the marker was lost to the end of the trial, last seen while docking";
     case kOscillation:
-      return "the vehicle swung about the desired pose to the end";
+      return "the vehicle swung about the desired pose in its last 15 s under control";
     case kGaveUp:
       return "none of the others, and all attempts failed";
     case kTimeout:
@@ -307,8 +307,9 @@ std::string CrossingText(const SuccessCurve& curve, const report::Quantity& x) {
   }
   return fmt::format(
       "{} to 50 % at {}", curve.fit->slope < 0 ? "falls" : "rises",
-      x.Text(fmt::format("{:.3g} [{:.3g}, {:.3g}]", x.factor * curve.fit->half_x,
-                         x.factor * curve.fit->half_low, x.factor * curve.fit->half_high)));
+      x.Text(fmt::format("{} [{}, {}]", report::Digits(x.factor * curve.fit->half_x, 3),
+                         report::Digits(x.factor * curve.fit->half_low, 3),
+                         report::Digits(x.factor * curve.fit->half_high, 3))));
 }
 
 // A dot with a bar for each point of each curve, over x in a person's unit, and the fitted curve.

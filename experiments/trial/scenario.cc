@@ -292,15 +292,16 @@ Scenario LoadScenario(const std::string& name, const std::vector<config::Assignm
                       const Plugins& plugins) {
   const config::YamlNode file =
       config::LoadYaml(config::FindBundled("scenarios", "scenario", name));
-  if (file.Find("scenario"))
-    throw ConfigError(file.file + ": is a plan, no scenario; turbidock batch runs it");
+  for (const char* key : {"scenario", "grid", "cases", "ranges"})
+    if (file.Find(key))
+      throw ConfigError(file.file + ": is a plan, no scenario; turbidock batch runs it");
   RequirePlugins(file, plugins);
-  for (const char* key : kRequired)
-    if (!file.FindPath(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
   std::vector<config::Assignment> layers = {{"", file}};
   layers.insert(layers.end(), given.begin(), given.end());
   Scenario scenario = Beginning(plugins);
   Resolve(layers, &scenario);
+  for (const char* key : kRequired)
+    if (!file.FindPath(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
   return scenario;
 }
 

@@ -288,6 +288,10 @@ TEST(Plan, RefusesToSetWhatItGivesEachTrial) {
                         const std::string& assignment = "lights.lamps.enabled=true") {
     return ErrorOf("seeds: 2\n" + text, {.assignments = {config::ParseAssignment(assignment)}});
   };
+  EXPECT_THAT(error("cases: {a: {trial.duration_s: 5}, b: {}}\n", "trial.duration_s=9"),
+              HasSubstr("cases.a.trial.duration_s: this key is given twice, also by --set"));
+  EXPECT_THAT(error("cases: {a: {start.heading_rad: 0.1}}\n", "start={heading_rad: 0.2}"),
+              HasSubstr("given twice, also by --set start.heading_rad"));
   for (const std::string varied :
        {"grid: {trial.duration_s: [5]}\n", "random: {trial.duration_s: {uniform: [5, 6]}}\n",
         "strata: {a: {trial.duration_s: 5}, b: {trial.duration_s: 6}}\n"}) {
