@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "sim/base/check.h"
 
@@ -102,7 +103,14 @@ Interval SuccessInterval(std::span<const RatedTrial> trials, double confidence) 
     off.push_back((success ? 1 : 0) - static_cast<double>(successes) / static_cast<double>(all));
     seeds.push_back(seed);
   }
-  return StratifiedInterval(strata, confidence, ClusterEffect(off, seeds));
+  Interval interval = StratifiedInterval(strata, confidence, ClusterEffect(off, seeds));
+  const std::set<int64_t> distinct(seeds.begin(), seeds.end());
+  if (distinct.empty() || distinct.size() == seeds.size()) return interval;
+  // Where all end alike each seed counts once: one other end must not make that surer.
+  const auto count = static_cast<double>(distinct.size());
+  interval.low = std::min(interval.low, RateInterval(1, count, confidence).low);
+  interval.high = std::max(interval.high, RateInterval(0, count, confidence).high);
+  return interval;
 }
 
 int64_t TrialsForHalfWidth(double half_width, double confidence) {

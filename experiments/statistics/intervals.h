@@ -56,7 +56,8 @@ struct RatedTrial {
   size_t stratum = 0;
   int64_t seed = 0;
 };
-// StratifiedInterval of trials of which those of one seed, in several cells, are alike.
+// StratifiedInterval of trials of which those of one seed, in several cells, are alike; it holds at
+// least what as many trials as seeds leave open that all end alike.
 Interval SuccessInterval(std::span<const RatedTrial> trials, double confidence = 0.95);
 
 // The quantile of a share in [0, 1] by linear interpolation between order statistics (Hyndman and

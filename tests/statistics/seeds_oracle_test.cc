@@ -109,6 +109,22 @@ TEST(SuccessInterval, IsOfTheSeedsWhereCellsDoNotDiffer) {
   EXPECT_EQ(SuccessInterval(often).AsList(), WilsonInterval(120, 120).AsList());
 }
 
+// Four seeds in four cells: whatever few fail, the interval holds what it would if none did.
+TEST(SuccessInterval, IsNotSurerOfMixedEndsThanOfEqualOnes) {
+  std::vector<RatedTrial> trials;
+  for (int seed = 0; seed < 4; ++seed)
+    for (int cell = 0; cell < 4; ++cell)
+      trials.push_back({.success = true, .stratum = 0, .seed = seed});
+  const double best = SuccessInterval(trials).low;
+  EXPECT_NEAR(best, WilsonInterval(4, 4).low, 1e-12);
+  for (unsigned failed = 1; failed < 1u << 16; failed += 7) {
+    for (size_t i = 0; i < trials.size(); ++i) trials[i].success = (failed >> i & 1) == 0;
+    const Interval interval = SuccessInterval(trials);
+    EXPECT_LE(interval.low, best) << failed;
+    EXPECT_GE(interval.high, 1 - best) << failed;
+  }
+}
+
 TEST(ComparePairs, CopiesOfPairsSayNothingNew) {
   const std::vector<double> a = {3, 1, 4, 1, 5, 9}, b = {2, 7, 1, 8, 2, 8};
   std::vector<double> more_a, more_b;
