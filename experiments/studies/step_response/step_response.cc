@@ -38,7 +38,12 @@ trial::Scenario AtTheServoingPose(trial::Scenario scenario) {
   return scenario;
 }
 
-// The frames of a trial with the excitation.
+// An answer that is none.
+struct NotInFront {
+  std::string why;
+};
+
+// The frames of a trial with the excitation. NotInFront when it ends before its time.
 std::vector<trial::FrameRecord> Run(trial::Scenario scenario, Axis axis, double duration_s,
                                     const std::function<trial::TrialExcitation(int64_t)>& excite) {
   trial::Resolve({config::ParseAssignment("trial.duration_s=" + FormatNumber(duration_s))},
@@ -47,9 +52,8 @@ std::vector<trial::FrameRecord> Run(trial::Scenario scenario, Axis axis, double 
   options.excite = excite;
   trial::TrialResult result = trial::RunTrial(scenario, options);
   if (result.outcome != trial::Outcome::kTimeout)
-    throw ConfigError("step response",
-                      std::string("excited in ") + AxisName(axis) +
-                          ", the vehicle does not stay in front of the marker: " + result.reason);
+    throw NotInFront{std::string("excited in ") + AxisName(axis) +
+                     ", the vehicle does not stay in front of the marker: " + result.reason};
   return std::move(result.log.frames);
 }
 
@@ -219,8 +223,11 @@ std::vector<AxisResponse> MeasureStepResponses(const trial::Scenario& given,
     if (options.on_progress) options.on_progress(++done / runs);
   };
   std::vector<AxisResponse> responses;
-  for (const Axis axis : options.axes)
-    responses.push_back(MeasureAxis(scenario, options, axis, one_more));
+  for (const Axis axis : options.axes) try {
+      responses.push_back(MeasureAxis(scenario, options, axis, one_more));
+    } catch (const NotInFront& left) {
+      responses.push_back({.axis = axis, .not_measured = left.why});
+    }
   return responses;
 }
 

@@ -83,6 +83,8 @@ const char* AxisName(control::Axis axis);  // "x", "y", "z", "yaw"
 
 struct AxisResponse {
   control::Axis axis = control::kSurge;
+  // Why nothing was measured: the vehicle did not stay in front of the marker; empty: it was.
+  std::string not_measured = {};
   StepResponse step{};
   DisturbanceResponse disturbance{};
   LoopResponse loop{};
@@ -91,10 +93,10 @@ struct AxisResponse {
     field("axis", AxisName(self.axis));
     self.VisitFields(field);
   }
-  TURBIDOCK_VISIT_FIELDS(step, disturbance, loop)
+  TURBIDOCK_VISIT_FIELDS(not_measured, step, disturbance, loop)
 };
 
-// ConfigError for a scenario that cannot run or an answer that is none (the marker was lost).
+// ConfigError for a scenario that cannot run.
 std::vector<AxisResponse> MeasureStepResponses(const trial::Scenario& scenario,
                                                const StepOptions& options = {});
 

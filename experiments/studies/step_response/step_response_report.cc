@@ -30,14 +30,16 @@ report::Table TableOf(const std::vector<AxisResponse>& responses) {
   report::Table table({"<axis", "rise, s", "overshoot, %", "settling, s", "push moves",
                        "recovery, s", "crossover, Hz", "phase margin, °", "gain margin, times",
                        "delay margin, ms", "peak of S"});
-  for (const auto& [axis, step, disturbance, loop] : responses)
+  for (const auto& [axis, not_measured, step, disturbance, loop] : responses) {
+    if (!not_measured.empty()) continue;
     table.Row({AxisName(axis), report::Fixed(step.rise_time_s, 2),
                report::Fixed(100 * step.overshoot, 0), report::Fixed(step.settling_time_s, 2),
-               Text(axis, report::Fixed(Shown(axis, disturbance.peak), 1)),
+               Text(axis, report::Fixed(std::abs(Shown(axis, disturbance.peak)), 1)),
                report::Fixed(disturbance.recovery_time_s, 2), report::Fixed(loop.crossover_hz, 2),
                scaled(loop.phase_margin_rad, units::DegFromRad(1), 0),
                report::Fixed(loop.gain_margin, 2), scaled(loop.delay_margin_s, 1000, 0),
                report::Fixed(loop.sensitivity_peak, 2)});
+  }
   return table;
 }
 
@@ -45,6 +47,15 @@ report::Table TableOf(const std::vector<AxisResponse>& responses) {
 constexpr double kMostSensitivity = 2;
 
 report::Verdict VerdictOf(const std::vector<AxisResponse>& responses) {
+  for (const AxisResponse& r : responses)
+    if (!r.not_measured.empty())
+      return {fmt::format("{} could not be measured", AxisName(r.axis)), report::Tone::kBad,
+              r.not_measured};
+  for (const AxisResponse& r : responses)
+    if (!r.step.settling_time_s)
+      return {fmt::format("the step on {} does not settle", AxisName(r.axis)), report::Tone::kBad,
+              fmt::format("It does not come to stay within 5 %; it went beyond by {:.0f} %.",
+                          100 * r.step.overshoot)};
   const AxisResponse& worst = *std::ranges::max_element(
       responses, {}, [](const AxisResponse& r) { return r.loop.sensitivity_peak; });
   const bool is_robust = worst.loop.sensitivity_peak <= kMostSensitivity;
@@ -142,7 +153,10 @@ report::Report ReportOf(const trial::Scenario& scenario,
                               poses,
                       .table = TableOf(responses)}};
   for (const AxisResponse& response : responses)
-    report.sections.push_back(SectionOf(scenario, response));
+    if (response.not_measured.empty())
+      report.sections.push_back(SectionOf(scenario, response));
+    else
+      report.sections[0].lines.push_back(std::string("not measured: ") + response.not_measured);
   return report;
 }
 

@@ -16,6 +16,7 @@ namespace {
 TEST(StepReport, SaysStepPushNoiseAndUnits) {
   const auto report_of = [](const std::string& controller) {
     AxisResponse x{.axis = control::kSurge}, yaw{.axis = control::kYaw};
+    x.step.settling_time_s = yaw.step.settling_time_s = 3;
     x.loop.sensitivity_peak = 1.5;
     yaw.loop.sensitivity_peak = 2.1;
     x.step.answer = {.wanted = 0.05, .time_s = {0}, .actual = {0}, .demand = {0}};
@@ -40,6 +41,23 @@ TEST(StepReport, SaysStepPushNoiseAndUnits) {
   EXPECT_EQ(report.verdict.word, "little robust");
   EXPECT_THAT(report.verdict.reason, ::testing::HasSubstr("2.10 at most, on yaw"));
   EXPECT_THAT(report.sections[0].note, ::testing::HasSubstr("with noise of 1 mm and 0°"));
+}
+
+TEST(StepReport, SaysFirstWhatIsNotSo) {
+  const trial::Scenario scenario = trial::LoadScenario("pool_active", std::vector<std::string>{});
+  AxisResponse settled{.axis = control::kSurge}, swings{.axis = control::kSway},
+      left{.axis = control::kYaw, .not_measured = "excited in yaw, it left"};
+  settled.step = {.answer = {}, .rise_time_s = 1, .settling_time_s = 2};
+  swings.step = {.answer = {}, .rise_time_s = 1, .overshoot = 0.55};
+  EXPECT_EQ(ReportOf(scenario, {settled}).verdict.word, "robust");
+  const report::Report unsettled = ReportOf(scenario, {settled, swings});
+  EXPECT_EQ(unsettled.verdict.word, "the step on y does not settle");
+  EXPECT_THAT(unsettled.verdict.reason, ::testing::HasSubstr("beyond by 55 %"));
+  const report::Report partly = ReportOf(scenario, {settled, swings, left});
+  EXPECT_EQ(partly.verdict.word, "yaw could not be measured");
+  EXPECT_THAT(partly.sections[0].lines,
+              ::testing::ElementsAre("not measured: excited in yaw, it left"));
+  EXPECT_EQ(partly.sections.size(), 3u) << "and what was measured";
 }
 
 }  // namespace
