@@ -1,6 +1,8 @@
 #include "experiments/app/main.h"
 
 #include <mujoco/mujoco.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
@@ -71,7 +73,7 @@ int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {
   line.Program().Footer(
       "Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 inconclusive (gate), 4 this\n"
       "machine cannot simulate or draw, 5 results differ that should not, 130/143 stopped by a\n"
-      "signal. Results go to stdout, everything else to stderr.");
+      "signal, 141 done, but nobody read on. Results go to stdout, everything else to stderr.");
   bool version = false;
   line.Program().Flag("--version", version, "Versions of the program and of what it runs on");
 #define TURBIDOCK_ADD(module, Add) module::Add(line);
@@ -81,15 +83,21 @@ int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {
     PrintVersions();
     return command::kExitDone;
   }
-  std::signal(SIGINT, SIG_DFL);   // also where a shell's script started it with &
-  std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is an error of write, not the end
+  std::signal(SIGINT, SIG_DFL);  // also where a shell's script started it with &
+  // A file at its size limit or a pipe that nobody reads is an error of write, not the end.
+  std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
   const std::optional<int> code = line.Run();
   if (code) return *code;
   std::fputs(line.Help().c_str(), stderr);
   return command::kExitBadInput;
 }
 
-constexpr const char* kNoOutput = "the standard output cannot be written";
+// Whether the standard output is a pipe whose reader has left, as `head` does.
+bool ReaderLeft() {
+  pollfd out{.fd = STDOUT_FILENO, .events = 0, .revents = 0};
+  return poll(&out, 1, 0) == 1 && (out.revents & POLLERR) != 0;
+}
 
 }  // namespace
 }  // namespace turbidock::app
@@ -103,11 +111,14 @@ int turbidock::Main(int argc, char** argv, const trial::Plugins& plugins) {
     std::fprintf(stderr, "%s: %s\n", all.program().c_str(), system::OneLineOf(problem).c_str());
     return code;
   };
+  const auto no_output = [&complain] {
+    return ReaderLeft() ? 128 + SIGPIPE
+                        : complain("the standard output cannot be written", command::kExitBadInput);
+  };
   std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);  // what stderr says comes after, also in a file
   try {
     const int code = ParseAndRun(argc, argv, all);
-    if (std::fflush(stdout) != 0 || std::ferror(stdout))
-      return complain(kNoOutput, command::kExitBadInput);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout)) return no_output();
     return command::StopSignal() ? 128 + command::StopSignal() : code;
   } catch (const config::ConfigErrors& errors) {
     std::istringstream lines(errors.what());
@@ -124,7 +135,7 @@ int turbidock::Main(int argc, char** argv, const trial::Plugins& plugins) {
     return complain("this machine has too little memory for it", command::kExitSimulatorFault);
   } catch (const std::exception& error) {  // SimulatorFault
     // fmt::print throws what others only note
-    if (std::ferror(stdout)) return complain(kNoOutput, command::kExitBadInput);
+    if (std::ferror(stdout)) return no_output();
     return complain(error.what(), command::kExitSimulatorFault);
   }
 }

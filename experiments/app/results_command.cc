@@ -37,8 +37,8 @@ int Merge(const MergeArguments& arguments) {
   batch::ResultStore store = batch::ResultStore::Write(arguments.out, header);
   for (const std::string& input : arguments.inputs) store.Merge(input);
   const batch::TrialScheduler scheduler = batch::SchedulerOf(store);
-  fmt::print(stderr, "{}: {} of {} trials\n", system::OneLineOf(arguments.out),
-             std::ssize(store.Done()), scheduler.wanted());
+  fmt::print("{}: {} of {} trials\n", system::OneLineOf(arguments.out), std::ssize(store.Done()),
+             scheduler.wanted());
   return arguments.complete && !scheduler.complete() ? command::kExitCheckFailed
                                                      : command::kExitDone;
 }
@@ -57,7 +57,8 @@ int Replay(const ReplayArguments& arguments) {
   if (!header.is_of_plan())
     throw ConfigError(arguments.file + ": was written by " + header.kind +
                       ", not by batch or gate");
-  const batch::Plan plan(store.PlanHere(), arguments.file, {.plugins = arguments.plugins});
+  const batch::Plan plan(store.PlanHere(), arguments.file + "'s plan",
+                         {.plugins = arguments.plugins});
   const trial::TrialRecord before = store.Trial(arguments.trial).record;
   if (header.build != system::BuildId())
     command::Progress(arguments.quiet)
@@ -73,8 +74,8 @@ int Replay(const ReplayArguments& arguments) {
   if (command::StopSignal() != 0 || result.digest == before.digest) return command::kExitDone;
   if (!trial::HasEnd(before.outcome)) {  // a time limit, say, is another one every time
     command::Progress(arguments.quiet)
-        .Say(fmt::format("trial {} ended {}, now {}", arguments.trial, NameOf(before.outcome),
-                         NameOf(result.outcome)));
+        .Print(fmt::format("trial {} ended {}, now {}", arguments.trial, NameOf(before.outcome),
+                           NameOf(result.outcome)));
     return command::kExitDone;
   }
   throw batch::MismatchError(fmt::format("trial {} ended {} with digest {}, now {} with digest {}",

@@ -91,6 +91,11 @@ void Progress::Say(const std::string& line) {
   std::fprintf(stderr, "%s\n", system::Printable(line).c_str());
 }
 
+void Progress::Print(const std::string& result) {
+  Clear();
+  std::fputs((system::Printable(result) + "\n").c_str(), stdout);
+}
+
 void Progress::Clear() {
   if (shown_) std::fputs("\r\033[K", stderr);
   shown_ = false;

@@ -56,6 +56,8 @@ class Progress {
   }
   // A line that stays.
   void Say(const std::string& line);
+  // A result, on stdout, quiet or not.
+  void Print(const std::string& result);
 
  private:
   void Clear();

@@ -68,7 +68,7 @@ TEST_F(CommandLine, RunLeavesItsFiles) {
   const std::string out = (folder_ / "deep/er").string();
   const ProgramEnd end = RunProgram({"run", ScenarioFile(""), "--out", out, "--video"});
   ASSERT_EQ(end.exit_code, 0) << end.err;
-  EXPECT_EQ(end.out, "");
+  EXPECT_THAT(end.out, ::testing::StartsWith("timeout: "));
   for (const char* name :
        {"result.json", "resolved.yaml", "trajectory.csv", "figure.png", "video.mp4"})
     EXPECT_GT(std::filesystem::file_size(std::filesystem::path(out) / name), 100u) << name;
@@ -82,6 +82,19 @@ TEST_F(CommandLine, LinesOfBothOutputsInOneFileStandInTheirOrder) {
   const std::string said{std::istreambuf_iterator<char>(file), {}};
   EXPECT_LT(said.find("timeout"), said.find("\"outcome\"")) << said;
   EXPECT_LT(said.find("\"outcome\""), said.find("all of it in")) << said;
+}
+
+// As `turbidock ... | head -1` does.
+TEST_F(CommandLine, AReaderThatLeavesTakesNoFileAlong) {
+  const std::string out = (folder_ / "read").string(), code = (folder_ / "code").string();
+  const std::string run = fmt::format(
+      "({} run pool_active --set estimator.pose_source=true_pose --set trial.duration_s=0.5 --json "
+      "--out {}; echo $? >{}) 2>/dev/null | :",
+      testing::ProgramPath(), out, code);
+  ASSERT_EQ(std::system(run.c_str()), 0);
+  EXPECT_EQ(TextOf(code), "141\n");
+  EXPECT_TRUE(std::filesystem::exists(out + "/result.json"));
+  EXPECT_TRUE(std::filesystem::exists(out + "/figure.png"));
 }
 
 TEST_F(CommandLine, AFolderHoldsTheFilesOfOneTrial) {

@@ -228,8 +228,11 @@ trial::TrialResult RunShownTrial(const trial::Scenario& scenario, const ShownTri
   progress.Say(trial::TitleOf(scenario));
   Kept kept(scenario, shown);
   trial::TrialResult result = trial::RunTrial(scenario, Followed(scenario, &progress, &kept));
-  progress.Say(Summary(result));
   // The numbers first: what fails later does not take them along.
+  if (shown.json)
+    progress.Say(Summary(result));
+  else
+    progress.Print(Summary(result));
   if (shown.out) trial::WriteRecords(*shown.out, scenario, result);
   if (shown.json) std::fputs(report::JsonText(result).c_str(), stdout);
   kept.Write(result);
