@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "experiments/config/calibration_file.h"
@@ -89,7 +90,13 @@ RigFromFile LoadRig(const std::vector<std::string>& files, int image_width_px,
                     int image_height_px) {
   if (const std::optional<Calibration> calibration = ReadCalibration(files))
     return RigOf(*calibration, {image_width_px, image_height_px});
-  return {.rig = LoadLayers<RigParams>(files, {}).MakeRig(), .distortion = {}};
+  const auto rig = LoadLayers<RigParams>(files, {});
+  for (const KeyDoc& doc : ListKeys<RigParams>())
+    if (std::ranges::none_of(files, [&](const std::string& file) {
+          return LoadYaml(file).Find(doc.key).has_value();
+        }))
+      throw ConfigError(fmt::format("{}: {}: this key is required", files[0], doc.key));
+  return {.rig = rig.MakeRig(), .distortion = {}};
 }
 
 }  // namespace turbidock::config

@@ -68,6 +68,16 @@ void RequireUpright(const std::string& file) {
   }
 }
 
+// A JPEG without its end decodes, grey where it is missing.
+void RequireEnd(const std::string& file) {
+  const std::string bytes = system::ReadWhole(file);
+  // of the picture itself: a small one before it has an end of its own
+  const size_t scan = bytes.rfind("\xff\xda");
+  if (bytes.starts_with("\xff\xd8") && scan != std::string::npos &&
+      bytes.find("\xff\xd9", scan) == std::string::npos)
+    throw ConfigError(file + ": is cut off: it lacks its end");
+}
+
 VideoTimes TimesOf(const std::string& file) {
   using Json = nlohmann::json;
   const std::string asked =
@@ -183,6 +193,7 @@ class ImageFiles : public ImageSource {
     const std::string& file = files_[next_++];
     RequireReadable(file);
     RequireUpright(file);
+    RequireEnd(file);
     if (ExtensionOf(file) == ".png")
       *image = ReadPng(file);
     else
@@ -273,6 +284,8 @@ std::vector<std::string> FilesOf(const std::string& name) {
 
 std::unique_ptr<ImageSource> OpenImages(const std::string& name) {
   std::vector<std::string> files = FilesOf(name);
+  if (files.empty() && fs::is_directory(name))
+    throw ConfigError(name + ": this folder has no images");
   if (files.empty())
     throw ConfigError(name + ": there is no such file or folder, and no such images" +
                       (name.find('%') == std::string::npos ? "" : "; write * for the numbers"));

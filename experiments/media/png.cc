@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <png.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "experiments/system/output_path.h"
 #include "sim/base/check.h"
 
@@ -70,7 +73,9 @@ Image3u8 ReadPng(const std::string& path) {
   png.version = PNG_IMAGE_VERSION;
   if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()))
     throw ConfigError(path, png.message);
-  png.format = PNG_FORMAT_RGB;
+  // Laid over no background: values are as they stand in the file.
+  const bool has_alpha = (png.format & PNG_FORMAT_FLAG_ALPHA) != 0;
+  png.format = has_alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
   png.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;  // 16 bits are not linear
   try {
     RequireImageSize(png.width, png.height, path);
@@ -79,9 +84,13 @@ Image3u8 ReadPng(const std::string& path) {
     throw;
   }
   Image3u8 image(static_cast<int>(png.width), static_cast<int>(png.height));
-  const png_color black{0, 0, 0};
-  if (!png_image_finish_read(&png, &black, image.data(), /*row_stride=*/0, /*colormap=*/nullptr))
+  std::vector<uint8_t> with_alpha(has_alpha ? 4 * image.pixels() : 0);
+  if (!png_image_finish_read(&png, /*background=*/nullptr,
+                             has_alpha ? with_alpha.data() : image.data(), /*row_stride=*/0,
+                             /*colormap=*/nullptr))
     throw ConfigError(path, png.message);
+  for (size_t i = 0; i < with_alpha.size() / 4; ++i)
+    std::copy_n(&with_alpha[4 * i], 3, image.data() + 3 * i);
   return image;
 }
 

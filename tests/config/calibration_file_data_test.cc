@@ -217,7 +217,13 @@ std::vector<Variant> OfOthers() {
        "left: {K, D}, right: {K, D}",
        {"imageSize: [640, 480]\nleft: {K: [" + kK + "], D: [" + kD + "]}\nright: {K: [" + kK +
         "], D: [" + kD + "]}\nR: [" + kOne + "]\nT: [-0.12, 0, 0]\n"}},
-      {"our own", "rig file", {"width_px: 640\nheight_px: 480\n"}},
+      {"our own",
+       "rig file",
+       {"width_px: 640\nheight_px: 480\nhorizontal_fov_rad: 1.0471975511965976\n"
+        "baseline_m: 0.12\n"}},
+      {"our own",
+       "rig file, without a field of view",
+       {"width_px: 640\nheight_px: 480\nbaseline_m: 0.12\n"}},
       {"our own", "rig file, a key misspelt", {"widht_px: 640\n"}},
       {"our own", "rig file beside a calibration", {"width_px: 640\n", Yaml()}},
       {"NumPy", ".npz", {std::string("PK\x03\x04\x14\0", 6)}},

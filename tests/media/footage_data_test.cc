@@ -120,6 +120,10 @@ std::vector<std::string> Stills() {
               with_chunk("gamma16.png", std::string("gAMA\0\1\x86\xa0", 8))),
           Row("PNG", "sRGB", with_chunk("srgb.png", std::string("sRGB\0", 5))),
           Row("PNG", "alpha", written("alpha.png", "-pix_fmt rgba")),
+          Row("PNG", "alpha, half transparent",
+              written("half.png", "-vf format=rgba,colorchannelmixer=aa=0.5")),
+          Row("PNG", "alpha, transparent",
+              written("none.png", "-vf format=rgba,colorchannelmixer=aa=0")),
           Row("PNG", "grey", written("grey.png", "-pix_fmt gray")),
           Row("PNG", "grey, 16 bits", written("grey16.png", "-pix_fmt gray16be")),
           Row("PNG", "EXIF, upright", with_chunk("upright.png", "eXIf" + upright)),
@@ -131,6 +135,12 @@ std::vector<std::string> Stills() {
           Row("PPM", "16 bits", written("16.ppm", "-pix_fmt rgb48be")),
           Row("PGM", "8 bits", written("8.pgm", "-pix_fmt gray")),
           Row("JPEG", "quality 2", written("2.jpg", "-q:v 2")),
+          Row("JPEG", "cut off in the middle",
+              [&] {
+                fs::copy_file(folder + "2.jpg", folder + "cut.jpg");
+                fs::resize_file(folder + "cut.jpg", fs::file_size(folder + "2.jpg") / 2);
+                return read("cut.jpg");
+              }),
           Row("any", "an empty file", [&] {
             std::ofstream(folder + "empty.png");
             return read("empty.png");

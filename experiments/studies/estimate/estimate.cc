@@ -125,7 +125,10 @@ EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& 
     seen.frame = summary.frames++;
     const PoseEstimate& estimate = estimator.Update(seen);
     summary.evaluations += estimate.evaluations;
-    summary.last = estimate;
+    // A later look at the same images that was not refined tells less.
+    const bool tells_less = pairs.is_still() && estimate.detected && summary.last.detected &&
+                            summary.last.covariance && !estimate.covariance;
+    if (!tells_less) summary.last = estimate;
     observe({estimate, seen, rig});
     if (summary.frames >= most) break;
     if (input.stop_requested && input.stop_requested()) {

@@ -90,7 +90,7 @@ report::Report ReportOf(const EstimateSummary& summary, const std::vector<Json>&
                  "in the camera head, of the last frame"},
                 {"quaternion, w x y z", fmt::format("{:.5f} {:.5f} {:.5f} {:.5f}", e.X_HM.q.w(),
                                                     e.X_HM.q.x(), e.X_HM.q.y(), e.X_HM.q.z())}}};
-  if (const auto p_m = DeviationsOf(e, 0))
+  if (const auto p_m = DeviationsOf(e, 0); p_m && e.detected)
     report.facts.push_back(
         {"standard deviations",
          fmt::format("{:.2f}, {:.2f}, {:.2f} mm", units::MmFromM(p_m->x()),

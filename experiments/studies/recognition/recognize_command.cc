@@ -36,7 +36,11 @@ std::string SheetFile(const std::filesystem::path& figure, MarkerKind marker) {
 int Recognize(const RecognizeArguments& arguments) {
   RecognitionOptions options = arguments.options;
   const batch::Plan plan = arguments.plan.Load();
-  const std::vector<TableRow> tables = ReadTables(arguments.active, arguments.passive);
+  // F of another estimator than the published one is another measure.
+  const bool compared = plan.ScenarioOf(plan.Trial(0)).estimator_name() == "rm_ga" ||
+                        !arguments.active.empty() || !arguments.passive.empty();
+  const std::vector<TableRow> tables =
+      compared ? ReadTables(arguments.active, arguments.passive) : std::vector<TableRow>();
   system::OutputPlan outputs;
   outputs.Reads(arguments.plan.plan)
       .Reads(plan.files())
