@@ -85,7 +85,7 @@ class Traces {
     const std::vector<double> desired = Of("desired", quantity);
     const std::vector<double>& fitness = series_.Numbers("fitness");
     const std::vector<double>& image_time_s = series_.Numbers("image_time_s");
-    report::Series lost{"not detected", {}, colors_.estimate, Mark::kDots, 1, 2};
+    report::Series lost{"F too low", {}, colors_.estimate, Mark::kDots, 1, 2};
     lost.opacity = 0.3;
     report::Series allowed{"allowed", {}, colors_.limit, Mark::kBand};
     report::Series is{"truth", {}, colors_.truth, Mark::kLine, 3.5};

@@ -93,7 +93,7 @@ TEST(TracePanels, WhatIsNotDetectedStandsApartAtItsImagesTime) {
     log.frames[k].est_X_HM.p.y() = 0.07;
   }
   const Panel panel = PanelOf(log, Trace::kY);
-  const auto &lost = Curve(panel, "not detected").points, &seen = Curve(panel, "estimate").points;
+  const auto &lost = Curve(panel, "F too low").points, &seen = Curve(panel, "estimate").points;
   for (size_t k = 0; k < 60; ++k) {
     EXPECT_EQ(std::isnan(lost[k].y), k >= 30);
     EXPECT_EQ(std::isnan(seen[k].y), k < 30);

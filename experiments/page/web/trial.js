@@ -285,4 +285,4 @@ export class TrialView {
 
 /** What the circles in a picture are. */
 export const circlesOf = ({isFound}) =>
-  isFound ? 'with its estimate' : 'in which nothing was detected: the faint circles are a guess';
+  isFound ? 'with its estimate' : 'in which F is too low: the faint circles are a guess';

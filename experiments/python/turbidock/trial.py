@@ -128,8 +128,8 @@ class Trial(_core.Trial):
         return self.rig.project(points, *pose)
 
     def overlay(self) -> np.ndarray:
-        """Both images side by side, (height, 2 width, 3), with a ring where the estimate has each ball: white where it is
-        detected, else grey."""
+        """Both images side by side, (height, 2 width, 3), with a ring where the estimate has each ball: white where F
+        reaches `procedure.lost_fitness`, else grey."""
         rig, frame = self.rig, self.frame
         picture = np.concatenate(self.images, axis=1)
         color = 255 if frame.fitness >= self._scenario["procedure.lost_fitness"] else 128

@@ -315,13 +315,15 @@ void RequireSame(const fs::path& file, const Json& header) {
 void WriteCommon(const batch::Plan& plan, const fs::path& folder) {
   const trial::Scenario scenario = plan.ScenarioOf(plan.Trial(0));
   const MountedCamera camera = scenario.rig.MakeRig().left;
-  system::WriteWhole(folder / "camera.json", report::JsonText({{"cx", camera.cx_px},
-                                                               {"cy", camera.cy_px},
-                                                               {"depth_scale", kDepthUnit_mm},
-                                                               {"fx", camera.fx_px},
-                                                               {"fy", camera.fy_px},
-                                                               {"height", camera.height_px},
-                                                               {"width", camera.width_px}}));
+  system::WriteWhole(folder / "camera.json",
+                     report::JsonText({{"baseline_mm", units::MmFromM(scenario.rig.baseline_m)},
+                                       {"cx", camera.cx_px},
+                                       {"cy", camera.cy_px},
+                                       {"depth_scale", kDepthUnit_mm},
+                                       {"fx", camera.fx_px},
+                                       {"fy", camera.fy_px},
+                                       {"height", camera.height_px},
+                                       {"width", camera.width_px}}));
   WriteModel(scenario.marker, folder / "models");
 }
 

@@ -3,7 +3,8 @@
 // a plan, from where that trial begins. What a plan varies and draws, these images have.
 //
 //   FOLDER/
-//     camera.json, dataset.json              of all images; what they were made of
+//     camera.json, dataset.json              of all images, with the stereo baseline; what they
+//                                            were made of
 //     models/obj_000001.ply, models_info.json   the marker and its size, in mm
 //     contact_sheet.png                      a few of the images with mask and keypoints drawn in
 //     train_pbr/000000/                      a shard, in BOP's layout:
@@ -12,8 +13,9 @@
 //       mask/000000_000000.png               the whole marker, whatever hides it
 //       mask_visib/000000_000000.png         what is seen of it
 //       scene_camera.json, scene_gt.json, scene_gt_info.json
-//       coco_keypoints.json                  the same images as COCO keypoints, the balls' centres,
-//                                            with the visible mask as run lengths
+//       coco_keypoints.json                  the same images as COCO keypoints, the balls' centres
+//                                            (the first pixel's centre is (0.5, 0.5), in BOP's
+//                                            files (0, 0)), with the visible mask as run lengths
 //
 // Image and pose are of one moment. `visib_fract` is the share that is seen of the whole
 // silhouette, beyond the image's edge too; a keypoint that something hides has visibility 1.

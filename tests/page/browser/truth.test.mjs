@@ -28,7 +28,7 @@ test('a trial that never saw the marker: no noise, the truth in sight, the vehic
       high: Math.max(...truth),
     };
   });
-  assert.ok(y.names.indexOf('not detected') < y.names.indexOf('truth'), 'the truth is on top');
+  assert.ok(y.names.indexOf('F too low') < y.names.indexOf('truth'), 'the truth is on top');
   assert.ok(y.axis.low <= y.low && y.axis.high >= y.high);
   await sceneDrawn(page);
   const places = await page.evaluate(() => {
@@ -44,9 +44,9 @@ test('a trial that never saw the marker: no noise, the truth in sight, the vehic
   assert.match(await page.locator('.scale-bar').innerText(), /^\d+ (cm|m)$/);
   assert.match(await page.locator('.scene-key').innerText(), /one could see 0\.\d+ m/);
   assert.ok(await page.evaluate(() => globalThis.turbidock.scene.sight.visible), 'and where to');
-  await page.waitForFunction(() => /nothing was detected/.test(document.body.innerText));
+  await page.waitForFunction(() => /F is too low/.test(document.body.innerText));
   const [guess, estimate] = await page.evaluate(() =>
-    ['not detected', 'estimate'].map(name => {
+    ['F too low', 'estimate'].map(name => {
       const chip = [...document.querySelectorAll('.chip')].find(c => c.innerText.startsWith(name));
       return Number(getComputedStyle(chip.firstChild).opacity);
     }),
