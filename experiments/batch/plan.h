@@ -131,7 +131,8 @@ struct TrialSpec {
 
 // What the command line and the program around it may change in a plan.
 struct PlanOverrides {
-  // Scenario keys: over the plan's `set` and cases. What else varies them is refused.
+  // Scenario keys: over the plan's `set`, and over the cases of a gate or a study. What else varies
+  // them is refused.
   std::vector<config::Assignment> assignments{};
   std::optional<int64_t> master_seed{};
   std::optional<int> seeds{};  // exactly so many: the precision is 0

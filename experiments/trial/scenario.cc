@@ -296,12 +296,12 @@ Scenario LoadScenario(const std::string& name, const std::vector<config::Assignm
     if (file.Find(key))
       throw ConfigError(file.file + ": is a plan, no scenario; turbidock batch runs it");
   RequirePlugins(file, plugins);
+  for (const char* key : kRequired)
+    if (!file.FindPath(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
   std::vector<config::Assignment> layers = {{"", file}};
   layers.insert(layers.end(), given.begin(), given.end());
   Scenario scenario = Beginning(plugins);
   Resolve(layers, &scenario);
-  for (const char* key : kRequired)
-    if (!file.FindPath(key)) throw ConfigError(file.file + ": " + key + ": this key is required");
   return scenario;
 }
 
