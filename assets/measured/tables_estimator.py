@@ -43,7 +43,7 @@ STARTS = [('active', 'modern_digital', '0', 550, 913), ('active', 'modern_digita
 
 @table([Command(('build/bin/cold_starts', marker, optics, milk, str(starts), str(seed)),
                 ('build/bin/cold_starts', marker, optics, milk, '1', str(seed)) if milk == '10' and marker == 'active' else None)
-        for marker, optics, milk, starts, seed in STARTS], '3,500 starts, 1 h')
+        for marker, optics, milk, starts, seed in STARTS], '3,500 starts, 0.2 h', ['build/bin/cold_starts MARKER OPTICS MILK STARTS SEED'])
 def estimator_cold_starts(runs):
     rows = [['marker', 'optics', 'milk, ml/m3', 'F at the true pose', 'starts', 'right and detected', 'wrong and detected', 'not detected']]
     for run in runs:
@@ -126,8 +126,8 @@ def envelope_current(runs):
             continue
         gusts = 100 * next(iter(crossing['at'].values()), 0.01)
         value, low, high = ('' if crossing[side] is None else f'{crossing[side]:.3f}' for side in ('value', 'low', 'high'))
-        band = f'{low} to {high}' if low and high else f'up to {high}' if high else f'from {low}'
-        rows.append([f'{gusts:.0f}', value, band, envelope['trials']])
+        band = f'{low} to {high}' if low and high else f'up to {high}' if high else f'from {low}' if low else ''
+        rows.append([f'{gusts:.0f}', value or 'none', band, envelope['trials']])
     return rows
 
 
