@@ -134,12 +134,12 @@ Plan::Plan(const config::YamlNode& given, const PlanOverrides& overrides)
   ReadSet(plan, overrides.assignments);
   if (const auto cases = plan.Find("cases")) {
     cases_ = CasesIn(*cases, kCaseKey);
+    // Cases of a batch are compared with each other: set alike they would not be what they say.
     VariedKeys last;
-    for (const config::Assignment& one : overrides.assignments) last.Add(one.key, one.value);
+    if (overrides.use.empty())
+      for (const config::Assignment& one : overrides.assignments) last.Add(one.key, one.value);
     for (Case& one : cases_) {
-      // Cases of a batch are compared with each other: all alike they would not be what they say.
-      if (overrides.use.empty())
-        for (const config::Assignment& own : one.values) last.RequireNew(own.key, own.value);
+      for (const config::Assignment& own : one.values) last.RequireNew(own.key, own.value);
       std::erase_if(one.values, [&](const auto& own) {
         return std::ranges::count(overrides.assignments, own.key, &config::Assignment::key) > 0;
       });

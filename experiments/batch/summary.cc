@@ -132,7 +132,7 @@ const char* MeaningOf(trial::Failure failure) {
     case kLostInDocking:
       return "the marker was lost to the end of the trial, last seen while docking";
     case kOscillation:
-      return "the vehicle swung about the desired pose in its last 15 s under control";
+      return "the vehicle swung about the desired pose when it was last under control";
     case kGaveUp:
       return "none of the others, and all attempts failed";
     case kTimeout:

@@ -295,7 +295,7 @@ std::optional<int> CommandLine::Run() const {
 void SetSeed(const std::string& seed, std::vector<std::string>* assignments) {
   if (seed.empty()) return;
   for (const std::string& given : *assignments)
-    if (trial::GivesSeed(given))
+    if (trial::Gives(given, "trial.seed"))
       throw ConfigError(fmt::format("--seed {} and --set {}: give one of them", seed, given));
   assignments->push_back("trial.seed=" + seed);
 }

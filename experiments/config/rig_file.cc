@@ -91,10 +91,11 @@ RigFromFile LoadRig(const std::vector<std::string>& files, int image_width_px,
   if (const std::optional<Calibration> calibration = ReadCalibration(files))
     return RigOf(*calibration, {image_width_px, image_height_px});
   const auto rig = LoadLayers<RigParams>(files, {});
+  std::vector<YamlNode> nodes;
+  for (const std::string& file : files) nodes.push_back(LoadYaml(file));
   for (const KeyDoc& doc : ListKeys<RigParams>())
-    if (std::ranges::none_of(files, [&](const std::string& file) {
-          return LoadYaml(file).Find(doc.key).has_value();
-        }))
+    if (std::ranges::none_of(nodes,
+                             [&](const YamlNode& node) { return node.Find(doc.key).has_value(); }))
       throw ConfigError(fmt::format("{}: {}: this key is required", files[0], doc.key));
   return {.rig = rig.MakeRig(), .distortion = {}};
 }

@@ -53,9 +53,8 @@ double StepOf(const std::vector<double>& numbers) {
 }
 
 // Some readers turn an image as its EXIF asks for, others do not.
-void RequireUpright(const std::string& file) {
+void RequireUpright(const std::string& file, const std::string& bytes) {
   using namespace std::string_view_literals;
-  const std::string bytes = system::ReadWhole(file);
   const size_t exif = std::min(bytes.find("eXIf"), bytes.find("Exif"));
   if (exif == std::string::npos) return;
   for (const std::string_view tag : {"\x12\1\3\0\1\0\0\0"sv, "\1\x12\0\3\0\0\0\1\0"sv}) {
@@ -69,8 +68,7 @@ void RequireUpright(const std::string& file) {
 }
 
 // A JPEG without its end decodes, grey where it is missing.
-void RequireEnd(const std::string& file) {
-  const std::string bytes = system::ReadWhole(file);
+void RequireEnd(const std::string& file, const std::string& bytes) {
   // of the picture itself: a small one before it has an end of its own
   const size_t scan = bytes.rfind("\xff\xda");
   if (bytes.starts_with("\xff\xd8") && scan != std::string::npos &&
@@ -192,8 +190,9 @@ class ImageFiles : public ImageSource {
     if (next_ == files_.size()) return false;
     const std::string& file = files_[next_++];
     RequireReadable(file);
-    RequireUpright(file);
-    RequireEnd(file);
+    const std::string bytes = system::ReadWhole(file);
+    RequireUpright(file, bytes);
+    RequireEnd(file, bytes);
     if (ExtensionOf(file) == ".png")
       *image = ReadPng(file);
     else

@@ -317,7 +317,8 @@ PYBIND11_MODULE(_core, module) {
   AddRunning(&module);
   AddPredict(&module);
 
-  module.def("gives_seed", &trial::GivesSeed);
+  module.def("gives_seed",
+             [](const std::string& assignment) { return trial::Gives(assignment, "trial.seed"); });
   module.def("names", [](const std::string& folder) { return config::BundledNames(folder); });
   module.def("version", &system::VersionAndCommit);
   module.def("data_dir", &config::DataDir);

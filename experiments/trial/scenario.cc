@@ -305,9 +305,9 @@ Scenario LoadScenario(const std::string& name, const std::vector<config::Assignm
   return scenario;
 }
 
-bool GivesSeed(const std::string& assignment) {
+bool Gives(const std::string& assignment, const std::string& key) {
   return std::ranges::any_of(config::LeavesOf({config::ParseAssignment(assignment)}),
-                             [](const auto& leaf) { return leaf.key == "trial.seed"; });
+                             [&](const auto& leaf) { return leaf.key == key; });
 }
 
 std::vector<config::Assignment> GivenBy(const std::string& gains_file,

@@ -348,8 +348,8 @@ Scenario LoadScenario(const std::string& name, const std::vector<std::string>& a
 Scenario LoadScenario(const std::string& name, const std::vector<config::Assignment>& given,
                       const Plugins& plugins);
 
-// Whether "key=value" gives the trial its seed, also within its group.
-bool GivesSeed(const std::string& assignment);
+// Whether "key=value" gives this key, also within its group.
+bool Gives(const std::string& assignment, const std::string& key);
 
 // What a command line gives: a gains file, if there is one, then assignments.
 std::vector<config::Assignment> GivenBy(const std::string& gains_file,

@@ -99,7 +99,7 @@ enum class Failure {
   kNeverFound,  // the vehicle never began to servo
   kLostInServoing,  // the marker was lost to the end of the trial, last seen while servoing
   kLostInDocking,   // the same, while docking
-  kOscillation,     // the vehicle swung in its last 15 s under control: see FailureOf
+  kOscillation,     // the vehicle swung when it was last under control: see FailureOf
   kGaveUp,          // none of these, and all attempts failed
   kTimeout,         // none of these, and the time was up
   kCrashed,         // the trial's process ended

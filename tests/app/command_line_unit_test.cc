@@ -308,6 +308,15 @@ TEST_F(CommandLine, BadScenarioFiles) {
                  {"scenario.yaml:4", "marker.balls", "ball"});
 }
 
+TEST_F(CommandLine, APlanAndAScenarioAreNotTakenForEachOther) {
+  const std::string plans = TURBIDOCK_TEST_DATA "/../../assets/plans/";
+  for (const char* plan : {"smoke.yaml", "robustness.yaml", "current_envelope.yaml"})
+    ExpectBadInput({"run", plans + plan},
+                   {plan, "is a plan, no scenario; turbidock batch runs it"});
+  ExpectBadInput({"batch", ScenarioFile(""), "--out", File("a.db")},
+                 {"scenario.yaml: is a scenario, no plan; turbidock run runs it"});
+}
+
 TEST_F(CommandLine, BadAssignments) {
   ExpectBadInput({"run", "pool_active", "--set", "water.milk_ml_m3=-1"},
                  {"--set", "water.milk_ml_m3", "-1"});

@@ -160,6 +160,8 @@ TEST_F(Batch, WithAPrecisionWorkersShardsAndKillsDoNotShowInTheRows) {
 
   Run({"replay", File("merged.db"), "3", "--out", File("replay"), "--no-video", "--quiet"});
   RunBatch("six.db", {"--seeds", "6"});  // exactly so many, whatever the precision
+  EXPECT_THAT(RunBatch("six.db", {"--seeds", "2"}, 2),
+              HasSubstr("was begun with something else: seeds: 6 then, 2 now: trial "));
   const auto compared =
       nlohmann::json::parse(Run({"compare", File("one.db"), File("six.db"), "--json"}));
   EXPECT_EQ(compared["changes"][0]["pairs"], 12);

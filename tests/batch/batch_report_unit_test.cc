@@ -24,6 +24,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -171,6 +172,16 @@ TEST_F(BatchReport, SaysWhatItCouldNotTell) {
       text, HasSubstr(fmt::format("Two groups of 10 trials must differ in success by {:.0f} points",
                                   100 * seen)));
   EXPECT_THAT(text, HasSubstr("Not varied: vehicle, station, sea, lights, cameras, faults.\n"));
+}
+
+TEST_F(BatchReport, WhatScenariosOfCasesDifferInIsNotCalledNotVaried) {
+  const auto rest = [](const std::string& cases) {
+    const auto words = NotVaried({.plan = "cases: {a: {sea.state: rough}, b: " + cases + "}\n"});
+    return fmt::format("{}", fmt::join(words, ", "));
+  };
+  EXPECT_EQ(rest("{}"), "vehicle, station, water, lights, cameras, control, faults");
+  EXPECT_THAT(rest("{scenario: pool_active}"),
+              EndsWith("faults, but for what its scenarios differ in"));
 }
 
 TEST_F(BatchReport, GroupsByHowTrialsEndedAreNoConditionsToTellApart) {

@@ -82,6 +82,7 @@ def test_the_model_is_as_bop_defines_it(made):
 def test_bop_and_coco_say_the_same(made):
     folder, shards = made
     vertices, _, faces = read_ply(folder / "models/obj_000001.ply")
+    assert json.loads((folder / "camera.json").read_text())["baseline_mm"] == 120
     checked, cut, tilted, hidden = 0, 0, 0, 0
     for shard in shards:
         gt, camera, info = (json.loads((shard / name).read_text()) for name in (

@@ -7,7 +7,6 @@
 
 #include "experiments/studies/check_vehicle/check_vehicle.h"
 #include "experiments/trial/world.h"
-#include "sim/view/geom_mesh.h"
 #include "sim/view/gl_context.h"
 #include "sim/view/stereo_renderer.h"
 
@@ -62,24 +61,6 @@ bool PoleMeetsDock(const vehicle::Scene& scene) {
           (model.geom_contype[dock] & model.geom_conaffinity[pole]) != 0)
         return true;
   return false;
-}
-
-// How far the pole's parts reach past the site that is its tip, along x of the camera head.
-double BeyondTip(const vehicle::Scene& scene) {
-  const mjModel& m = *scene.model;
-  double most_m = -std::numeric_limits<double>::infinity();
-  for (int geom = 0; geom < m.ngeom; ++geom) {
-    if (scene.geom_part[static_cast<size_t>(geom)] != vehicle::Part::kPole) continue;
-    const double *p = m.geom_pos + 3 * geom, *q = m.geom_quat + 4 * geom;
-    const Pose X_HG =
-        scene.X_BH.Inverse() * Pose{Eigen::Quaterniond(q[0], q[1], q[2], q[3]), {p[0], p[1], p[2]}};
-    if (m.geom_type[geom] == mjGEOM_SPHERE)
-      most_m = std::max(most_m, X_HG.p.x() + m.geom_size[3 * geom]);
-    else
-      for (const Vector3d& v : view::MeshOf(m, geom).vertices_m)
-        most_m = std::max(most_m, (X_HG * v).x());
-  }
-  return most_m - scene.p_HQ_pole_tip.x();
 }
 
 // The scene with nothing of the vehicle to be seen.
@@ -142,20 +123,24 @@ std::vector<ViewReport> ReportViews(const trial::Scenario& scenario, const vehic
   return views;
 }
 
-PoleReport ReportPole(const vehicle::Scene& scene, const Pose& X_HM_docked) {
+PoleReport ReportPole(const vehicle::Scene& scene, const HullReport& pole,
+                      const Pose& X_HM_docked) {
   const Pose X_WH = scene.X_WM * X_HM_docked.Inverse();
   const Vector3d p_DQ = scene.X_WD.Inverse() * (X_WH * scene.p_HQ_pole_tip);
   double radius_m = 0;
   for (int geom = 0; geom < scene.model->ngeom; ++geom)
     if (scene.geom_part[static_cast<size_t>(geom)] == vehicle::Part::kPole)
       radius_m = std::max(radius_m, scene.model->geom_size[3 * geom]);
+  const Pose X_HB = scene.X_BH.Inverse();
+  double end_m = -std::numeric_limits<double>::infinity();
+  for (const Vector3d& p_BQ : pole.points_m) end_m = std::max(end_m, (X_HB * p_BQ).x());
   return {.depth_m = p_DQ.x(),
           .past_throat_m = p_DQ.x() - scene.dock_throat_depth_m,
           .aside_m = p_DQ.y(),
           .above_m = p_DQ.z(),
           .clearance_m = scene.dock_throat_half_width_m - radius_m,
           .meets_dock = PoleMeetsDock(scene),
-          .beyond_tip_m = BeyondTip(scene)};
+          .beyond_tip_m = end_m - scene.p_HQ_pole_tip.x()};
 }
 
 CollisionReport ReportCollision(const vehicle::Scene& scene, const Pose& X_HM_servoing,

@@ -77,7 +77,7 @@ struct PoleReport {
   double aside_m = 0, above_m = 0;
   double clearance_m = 0;   // between pole and hole, all around
   bool meets_dock = false;  // they can touch
-  double beyond_tip_m = 0;  // how far its parts reach past its tip, negative: end before it
+  double beyond_tip_m = 0;  // how far its parts reach past its tip along x_H, negative: short of it
 
   TURBIDOCK_FIELDS(depth_m, past_throat_m, aside_m, above_m, clearance_m, meets_dock, beyond_tip_m)
 };
@@ -120,7 +120,7 @@ VehicleCheck CheckVehicle(const trial::Scenario& scenario);
 // Its parts: at_dock.cc. `plant` is moved about.
 std::vector<ViewReport> ReportViews(const trial::Scenario& scenario, const vehicle::Scene& scene,
                                     vehicle::Plant* plant);
-PoleReport ReportPole(const vehicle::Scene& scene, const Pose& X_HM_docked);
+PoleReport ReportPole(const vehicle::Scene& scene, const HullReport& pole, const Pose& X_HM_docked);
 CollisionReport ReportCollision(const vehicle::Scene& scene, const Pose& X_HM_servoing,
                                 const Pose& X_HM_docked, vehicle::Plant* plant);
 // judge.cc: in words, from all the rest.

@@ -153,7 +153,7 @@ int Check(const CheckArguments& arguments) {
     return Convert(arguments.file, arguments.mjcf) ? command::kExitDone : command::kExitCheckFailed;
   RequireVehicle(arguments.file);
   for (const std::string& set : arguments.assignments)
-    if (set.starts_with("vehicle.model="))
+    if (trial::Gives(set, "vehicle.model"))
       throw ConfigError("--set " + set, "the vehicle is the file that is named before");
   std::vector<std::string> assignments = {VehicleModel(arguments.file)};
   assignments.insert(assignments.end(), arguments.assignments.begin(), arguments.assignments.end());

@@ -25,6 +25,8 @@ using vehicle::Dof;
 constexpr double kMuchTrim_rad = 0.05, kMuchTilt_rad = 0.09;
 constexpr double kMuchBuoyancy = 0.3, kMuchLoad = 0.7;  // of the thrusters' most force
 constexpr double kLittleMargin_px = 20;
+constexpr double kCameraApart_m = 0.002;                    // more than files round to
+constexpr double kPoleApart_m = 0.01;                       // a rounded end may lie beyond its tip
 constexpr double kLittleHidden = 0.05, kMostHidden = 0.33;  // as much the estimator does without
 
 double Deg(double rad) { return units::DegFromRad(rad); }
@@ -115,7 +117,6 @@ void Judgement::OfFiles() {
 
 // Where the MJCF has its cameras, before the rig's data moved them.
 void Judgement::OfCameras() {
-  constexpr double kApart_m = 0.002;
   const vehicle::MjModelPtr model = vehicle::ReadModel(trial::SceneFilesOf(scenario_));
   const auto text = [](const Vector3d& p) {
     return fmt::format("({:.3f}, {:.3f}, {:.3f}) m", p.x(), p.y(), p.z());
@@ -124,7 +125,7 @@ void Judgement::OfCameras() {
        {std::pair{scene_.left_camera, "left"}, std::pair{scene_.right_camera, "right"}}) {
     const Vector3d drawn = Vector3d::Map(model->cam_pos + 3 * camera),
                    placed = Vector3d::Map(scene_.model->cam_pos + 3 * camera);
-    if ((drawn - placed).norm() > kApart_m)
+    if ((drawn - placed).norm() > kCameraApart_m)
       Warn(fmt::format("{} has the {} camera at {}, cameras.rig puts it at {}, which counts",
                        check_.mjcf, side, text(drawn), text(placed)));
   }
@@ -236,7 +237,7 @@ void Judgement::OfDocking() {
         fmt::format("docked, {:.2f} m before the marker, the pole's tip is {:.0f} mm short of "
                     "the straight hole",
                     scenario_.procedure.docked_x_m, -1000 * pole.past_throat_m));
-  if (constexpr double kApart_m = 0.01; std::abs(pole.beyond_tip_m) > kApart_m)
+  if (std::abs(pole.beyond_tip_m) > kPoleApart_m)
     Warn(fmt::format("its pole ends {:.0f} mm {} pole_tip, which is what counts in the hole",
                      1000 * std::abs(pole.beyond_tip_m),
                      pole.beyond_tip_m < 0 ? "before" : "beyond"));

@@ -18,6 +18,42 @@ SteadyMotion MotionOf(const Vector6d& x) {
   return {.V_WB_B = {.w = {0, 0, x[5]}, .v = x.head<3>()}, .roll_rad = x[3], .pitch_rad = x[4]};
 }
 
+// In SNAME order.
+int DofOf(control::Axis axis) { return axis == control::kYaw ? 5 : static_cast<int>(axis); }
+
+// What thrusters push with under one command.
+class Thrust {
+ public:
+  Thrust(const vehicle::VehicleData& data, const std::vector<vehicle::ThrusterInScene>& thrusters,
+         const ThrusterCommand& command)
+      : thrusters_(thrusters),
+        kinds_(data.thrusters.Of(NamesOf(thrusters), "vehicle.thrusters")),
+        effectiveness_(data.thrusters.Effectiveness(thrusters.size())),
+        command_(command) {}
+
+  // Force and moment on B, in B, of what the inflow leaves at this velocity.
+  Vector6d At(const Twist& V_WB_B) const {
+    Vector6d sum = Vector6d::Zero();
+    for (size_t i = 0; i < thrusters_.size(); ++i) {
+      const vehicle::ThrusterInScene& t = thrusters_[i];
+      const double still = kinds_[i].Thrust(command_.volts[i]);
+      const double advance = std::max(
+          0.0, std::copysign(1.0, still) * t.axis_B.dot(V_WB_B.v + V_WB_B.w.cross(t.p_BT)));
+      const double kept = std::max(0.0, 1 - kinds_[i].inflow_loss_s_per_m * advance);
+      const Vector3d f_B = effectiveness_[i] * kept * still * t.axis_B;
+      sum.head<3>() += f_B;
+      sum.tail<3>() += t.p_BT.cross(f_B);
+    }
+    return sum;
+  }
+
+ private:
+  const std::vector<vehicle::ThrusterInScene>& thrusters_;
+  std::vector<vehicle::ThrusterKind> kinds_;
+  PerThruster effectiveness_;
+  const ThrusterCommand& command_;
+};
+
 }  // namespace
 
 Floating FloatingOf(const vehicle::VehicleData& data, double gravity_mps2) {
@@ -40,15 +76,7 @@ Floating FloatingOf(const vehicle::VehicleData& data, double gravity_mps2) {
 double ForceAlong(control::Axis axis, const vehicle::VehicleData& data,
                   const std::vector<vehicle::ThrusterInScene>& thrusters,
                   const ThrusterCommand& command) {
-  const auto kinds = data.thrusters.Of(NamesOf(thrusters), "vehicle.thrusters");
-  const PerThruster effectiveness = data.thrusters.Effectiveness(thrusters.size());
-  double sum = 0;
-  for (size_t i = 0; i < thrusters.size(); ++i) {
-    const vehicle::ThrusterInScene& t = thrusters[i];
-    const Vector3d f_B = effectiveness[i] * kinds[i].Thrust(command.volts[i]) * t.axis_B;
-    sum += axis == control::kYaw ? t.p_BT.cross(f_B).z() : f_B[axis];
-  }
-  return sum;
+  return Thrust(data, thrusters, command).At({})[DofOf(axis)];
 }
 
 SteadyMotion SteadyMotionOf(const vehicle::VehicleData& data,
@@ -58,8 +86,7 @@ SteadyMotion SteadyMotionOf(const vehicle::VehicleData& data,
   const vehicle::RigidBodyParams body = data.LoadedRigidBody();
   const vehicle::HydroModel hydro(data.LoadedHydrodynamics());
   const Matrix6d rigid = vehicle::RigidBodyInertia(body), mass = rigid + hydro.added_mass;
-  const auto kinds = data.thrusters.Of(NamesOf(thrusters), "vehicle.thrusters");
-  const PerThruster effectiveness = data.thrusters.Effectiveness(thrusters.size());
+  const Thrust thrust(data, thrusters, command);
   const double trim_newton =
       gravity_mps2 * (hydro.water_density_kg_m3 * hydro.displaced_volume_m3 - body.mass_kg);
 
@@ -77,16 +104,7 @@ SteadyMotion SteadyMotionOf(const vehicle::VehicleData& data,
     Vector6d sum;
     sum << water.damping.f + water.buoyancy.f + water.inertial.f + weight + trim_newton * down_B,
         water.damping.tau + water.buoyancy.tau + water.inertial.tau + body.p_BBcm_m.cross(weight);
-    for (size_t i = 0; i < thrusters.size(); ++i) {
-      const vehicle::ThrusterInScene& t = thrusters[i];
-      const double still = kinds[i].Thrust(command.volts[i]);
-      const double advance =
-          std::max(0.0, std::copysign(1.0, still) * t.axis_B.dot(V.v + V.w.cross(t.p_BT)));
-      const double kept = std::max(0.0, 1 - kinds[i].inflow_loss_s_per_m * advance);
-      const Vector3d f_B = effectiveness[i] * kept * still * t.axis_B;
-      sum.head<3>() += f_B;
-      sum.tail<3>() += t.p_BT.cross(f_B);
-    }
+    sum += thrust.At(V);
     // A velocity that is steady in B turns with it.
     sum -= mass.leftCols<3>() * V.w.cross(V.v);
     sum.head<3>() -= body.mass_kg * V.w.cross(V.w.cross(body.p_BBcm_m));
@@ -95,7 +113,7 @@ SteadyMotion SteadyMotionOf(const vehicle::VehicleData& data,
   };
 
   // The axis alone.
-  const int own = axis == control::kYaw ? 5 : static_cast<int>(axis);
+  const int own = DofOf(axis);
   const auto alone = [&](double speed) { return left_at(speed * Vector6d::Unit(own))[own]; };
   const double sign = alone(0) < 0 ? -1 : 1;
   double low = 0, high = 100;

@@ -125,10 +125,7 @@ EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& 
     seen.frame = summary.frames++;
     const PoseEstimate& estimate = estimator.Update(seen);
     summary.evaluations += estimate.evaluations;
-    // A later look at the same images that was not refined tells less.
-    const bool tells_less = pairs.is_still() && estimate.detected && summary.last.detected &&
-                            summary.last.covariance && !estimate.covariance;
-    if (!tells_less) summary.last = estimate;
+    if (!pairs.is_still() || !TellsLess(estimate, summary.last)) summary.last = estimate;
     observe({estimate, seen, rig});
     if (summary.frames >= most) break;
     if (input.stop_requested && input.stop_requested()) {
@@ -142,6 +139,10 @@ EstimateSummary RunEstimate(const EstimateInput& input, const EstimateSettings& 
   }
   std::ranges::copy(pairs.notes(), std::back_inserter(summary.notes));
   return summary;
+}
+
+bool TellsLess(const PoseEstimate& later, const PoseEstimate& earlier) {
+  return later.detected && earlier.detected && earlier.covariance && !later.covariance;
 }
 
 media::Canvas DrawEstimate(const EstimatedFrame& frame, const vision::MarkerParams& marker) {

@@ -52,8 +52,12 @@ struct EstimatedFrame {
   const StereoRig& rig;
 };
 
+// Whether a later look at the same images tells less: not refined after one that was, both
+// detected.
+bool TellsLess(const PoseEstimate& later, const PoseEstimate& earlier);
+
 struct EstimateSummary {
-  PoseEstimate last;
+  PoseEstimate last;  // of still images the last that TellsLess does not pass over
   int64_t frames = 0, evaluations = 0;
   double baseline_m = 0;
   double range_seen = 0;   // by both cameras, of the range in which the marker is looked for

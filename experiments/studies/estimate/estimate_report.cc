@@ -87,7 +87,7 @@ report::Report ReportOf(const EstimateSummary& summary, const std::vector<Json>&
                               summary.frames, summary.evaluations)},
       .facts = {{"position, mm",
                  fmt::format("x {:.1f}, y {:.1f}, z {:.1f}", p_mm.x(), p_mm.y(), p_mm.z()),
-                 "in the camera head, of the last frame"},
+                 fmt::format("in the camera head, of frame {}", e.frame)},
                 {"quaternion, w x y z", fmt::format("{:.5f} {:.5f} {:.5f} {:.5f}", e.X_HM.q.w(),
                                                     e.X_HM.q.x(), e.X_HM.q.y(), e.X_HM.q.z())}}};
   if (const auto p_m = DeviationsOf(e, 0); p_m && e.detected)
@@ -105,7 +105,7 @@ report::Report ReportOf(const EstimateSummary& summary, const std::vector<Json>&
   if (!e.detected)
     report.missing.push_back("The marker was not found: the position is a guess, and so is F.");
   else if (!e.covariance)
-    report.missing.push_back("The last estimate was not refined: it has no standard deviations.");
+    report.missing.push_back("The estimate was not refined: it has no standard deviations.");
   if (e.second)
     report.missing.push_back(
         fmt::format("Another pose fits the images, {:.0f} mm and {:.1f}° from this one, with a "

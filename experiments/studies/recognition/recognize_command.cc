@@ -37,8 +37,10 @@ int Recognize(const RecognizeArguments& arguments) {
   RecognitionOptions options = arguments.options;
   const batch::Plan plan = arguments.plan.Load();
   // F of another estimator than the published one is another measure.
-  const bool compared = plan.ScenarioOf(plan.Trial(0)).estimator_name() == "rm_ga" ||
-                        !arguments.active.empty() || !arguments.passive.empty();
+  bool compared = true;
+  for (int64_t cell = 0; cell < plan.cells(); ++cell)
+    compared &= plan.ScenarioOf(plan.FirstOf(cell)).estimator_name() == "rm_ga";
+  compared |= !arguments.active.empty() || !arguments.passive.empty();
   const std::vector<TableRow> tables =
       compared ? ReadTables(arguments.active, arguments.passive) : std::vector<TableRow>();
   system::OutputPlan outputs;

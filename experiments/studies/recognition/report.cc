@@ -125,8 +125,9 @@ report::Report ReportOf(const std::vector<CellResult>& results,
                       .wide = true}};
   const std::map<MarkerKind, Columns> columns = ColumnsOf(results, tables);
   for (const auto& [marker, of_marker] : columns) {
-    if (const auto comparison = Compare(Of(marker, results), tables))
-      AddComparison(*comparison, columns.size() > 1 ? fmt::format(", {}", NameOf(marker)) : "",
+    const auto compared = Compare(Of(marker, results), tables);
+    if (compared)
+      AddComparison(*compared, columns.size() > 1 ? fmt::format(", {}", NameOf(marker)) : "",
                     &report.facts);
     for (const Column& column : of_marker)
       report.facts.push_back(
@@ -135,8 +136,8 @@ report::Report ReportOf(const std::vector<CellResult>& results,
            column.reference.empty() ? "" : "the table: " + LimitText(column.reference)});
     report.sections.front().panels.push_back(FitnessPanel(marker, of_marker));
     report.sections.push_back(TableSection(MarkerTitle(marker) + ": mean F and its Area",
-                                           "In brackets the table's mean F.", of_marker,
-                                           FitnessText));
+                                           compared ? "In brackets the table's mean F." : "",
+                                           of_marker, FitnessText));
     report.sections.push_back(
         TableSection(MarkerTitle(marker) + ": right / wrong frames, %",
                      "Both count as detected. Right: within 20 mm and 5°; wrong: farther off.",

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <span>
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/trial/trial.h"
@@ -43,8 +44,10 @@ struct NotInFront {
   std::string why;
 };
 
-// The frames of a trial with the excitation. NotInFront when it ends before its time.
-std::vector<trial::FrameRecord> Run(trial::Scenario scenario, Axis axis, double duration_s,
+// The frames of a trial that is excited from `first` on. NotInFront when it ends before its time,
+// or when the vehicle then searches or drifts: what it does is not its controller's answer.
+std::vector<trial::FrameRecord> Run(trial::Scenario scenario, Axis axis, size_t first,
+                                    double duration_s,
                                     const std::function<trial::TrialExcitation(int64_t)>& excite) {
   trial::Resolve({config::ParseAssignment("trial.duration_s=" + FormatNumber(duration_s))},
                  &scenario);
@@ -54,6 +57,10 @@ std::vector<trial::FrameRecord> Run(trial::Scenario scenario, Axis axis, double 
   if (result.outcome != trial::Outcome::kTimeout)
     throw NotInFront{std::string("excited in ") + AxisName(axis) +
                      ", the vehicle does not stay in front of the marker: " + result.reason};
+  if (!std::ranges::all_of(std::span(result.log.frames).subspan(first),
+                           &trial::FrameRecord::controlled))
+    throw NotInFront{std::string("excited in ") + AxisName(axis) +
+                     ", the vehicle loses the marker"};
   return std::move(result.log.frames);
 }
 
@@ -63,7 +70,8 @@ Answer MeasureAnswer(const trial::Scenario& scenario, const StepOptions& options
                      const trial::TrialExcitation& excitation) {
   const ClockParams& clock = scenario.clock;
   const auto first = static_cast<size_t>(clock.FramesFor(options.rest_s));
-  const auto frames = Run(scenario, axis, options.rest_s + options.record_s, [&](int64_t frame) {
+  const double duration_s = options.rest_s + options.record_s;
+  const auto frames = Run(scenario, axis, first, duration_s, [&](int64_t frame) {
     return static_cast<size_t>(frame) >= first ? excitation : trial::TrialExcitation();
   });
   const auto place = [&](size_t n) { return control::ToAxes(frames[n].true_X_HM)[axis]; };
@@ -100,11 +108,12 @@ std::complex<double> MeasureLoop(const trial::Scenario& scenario, const StepOpti
   const auto added_share = [&](int64_t frame) {
     return kAddedShare * std::sin(omega * clock.TimeOfFrame(frame - first));
   };
-  const auto frames = Run(scenario, axis, clock.TimeOfFrame(end), [&](int64_t frame) {
-    trial::TrialExcitation excitation;
-    if (frame >= first) excitation.control.share[axis] = added_share(frame);
-    return excitation;
-  });
+  const auto frames =
+      Run(scenario, axis, static_cast<size_t>(first), clock.TimeOfFrame(end), [&](int64_t frame) {
+        trial::TrialExcitation excitation;
+        if (frame >= first) excitation.control.share[axis] = added_share(frame);
+        return excitation;
+      });
   std::complex<double> demand, total;
   for (int64_t n = watched_from; n < std::min<int64_t>(end, std::ssize(frames)); ++n) {
     // Hann's window: what is left of the beginning is slower and far larger at high frequencies

@@ -121,6 +121,8 @@ TEST(BenchCommand, PrintsTheContractsKeys) {
   for (const double ms : json.at("stages_ms")) sum += ms;
   EXPECT_NEAR(sum, json.at("frame_ms"), 1e-9);
   EXPECT_EQ(json.at("stages_ms").size(), kLoopStages);
+  EXPECT_GT(json.at("marker_seen_share"), 0.5);
+  EXPECT_LE(json.at("marker_seen_share"), 1);
   EXPECT_EQ(json.at("scenarios").size(), 1u);
   EXPECT_EQ(json.at("scenarios")[0].at("frame_ms"), json.at("frame_ms"));
   EXPECT_EQ(json.at("kind"), "bench");

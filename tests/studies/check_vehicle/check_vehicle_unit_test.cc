@@ -17,6 +17,7 @@
 namespace turbidock::check_vehicle {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
@@ -155,6 +156,66 @@ TEST_F(CheckVehicleCommand, RefusesWhatCannotBeSimulated) {
   const testing::ProgramEnd end = Run({file});
   EXPECT_EQ(end.exit_code, 2) << end.err;
   EXPECT_THAT(end.err, HasSubstr("with a gear of length 1 and no limits"));
+}
+
+// What no figure of it tells: it is flown.
+TEST_F(CheckVehicleCommand, CallsReadyOnlyWhatDocks) {
+  const std::string file = Vehicle("own");
+  const testing::ProgramEnd sound = Run({file});
+  EXPECT_EQ(sound.exit_code, 0);
+  EXPECT_THAT(sound.out, ContainsRegex("docked +4 of 4 "));
+  const testing::ProgramEnd dead =
+      Run({file, "--set", "vehicle.thrusters.effectiveness=[1, 1, 0, 1]"});
+  EXPECT_EQ(dead.exit_code, 1);
+  EXPECT_THAT(dead.out, HasSubstr("nothing pushes it along sway by itself"));
+  EXPECT_THAT(dead.out, ContainsRegex("sway +0.0 N +0.0 N +0.00 m/s"));
+  const testing::ProgramEnd half =
+      Run({file, "--set", "vehicle.thrusters.effectiveness=[1, 1, 0.5, 1]", "--set",
+           "sea.current.surface_velocity_mps=[0, 0, 0]"});
+  EXPECT_THAT(half.out, ContainsRegex("sway +2.5 N +-2.2 N"));
+  const testing::ProgramEnd askew =
+      Run({file, "--set", "vehicle.hydrodynamics.p_BBcb_m=[0.08, 0, 0.01]"});
+  EXPECT_EQ(askew.exit_code, 1);
+  EXPECT_THAT(askew.out, HasSubstr("of 4 trials on the true pose 0 dock, the first that does not"));
+}
+
+TEST_F(CheckVehicleCommand, TellsWhatTheMjcfHasElsewhere) {
+  const std::string file = Vehicle("own"), text = system::ReadWhole(file);
+  const auto said = [&](const std::string& from, const std::string& to) {
+    std::string other = text;
+    other.replace(other.find(from), from.size(), to);
+    std::ofstream(file) << other;
+    return Run({file}).out;
+  };
+  EXPECT_THAT(said("\n", "\n"), AllOf(Not(HasSubstr("cameras.rig")), Not(HasSubstr("pole_tip"))));
+  EXPECT_THAT(said("\"left\" pos=\"0.19 0.06 0.06\"", "\"left\" pos=\"0.19 0.05 0.06\""),
+              HasSubstr("has the left camera at (0.190, 0.050, 0.060) m, cameras.rig puts it at "
+                        "(0.190, 0.060, 0.060) m, which counts"));
+  EXPECT_THAT(said("0.4825 0 -0.11", "0.42 0 -0.11"),
+              HasSubstr("its pole ends 62 mm before pole_tip"));
+}
+
+TEST_F(CheckVehicleCommand, AVehicleIsTheFileThatIsNamed) {
+  const std::string file = Vehicle("own"), data = (folder_ / "own.yaml").string();
+  for (const char* set :
+       {"vehicle.model=bluerov2_heavy.xml", "vehicle={model: bluerov2_heavy.xml}"})
+    EXPECT_THAT(Run({file, "--set", set}).err, HasSubstr("the vehicle is the file that is named"));
+  EXPECT_EQ(Run({data}).err,
+            "turbidock: " + data + ": is no MJCF; give that, " + file + ", and this beside it\n");
+}
+
+TEST_F(CheckVehicleCommand, WritesNoUrdfOverAVehicle) {
+  const std::string urdf = TURBIDOCK_TEST_DATA "/../../assets/urdf/six_thrusters.urdf";
+  const std::string out = (folder_ / "rov.xml").string(), data = (folder_ / "rov.yaml").string();
+  std::ofstream(data) << "rigid_body: {mass_kg: 7}\n";
+  EXPECT_THAT(Run({urdf, "--mjcf", out}).err, HasSubstr("rov.yaml: is kept, and counts where it"));
+  EXPECT_EQ(system::ReadWhole(data), "rigid_body: {mass_kg: 7}\n");
+  std::ofstream(out, std::ios::app) << "<!-- mine -->\n";
+  const std::string mine = system::ReadWhole(out);
+  const testing::ProgramEnd again = Run({urdf, "--mjcf", out});
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.err, HasSubstr("is there already: remove it to write it anew"));
+  EXPECT_EQ(system::ReadWhole(out), mine);
 }
 
 TEST_F(CheckVehicleCommand, WarnsOfAPoleThatTouchesNothing) {

@@ -16,6 +16,7 @@
 #include "experiments/media/image_source.h"
 #include "experiments/media/mp4_writer.h"
 #include "experiments/media/png.h"
+#include "experiments/studies/estimate/estimate.h"
 #include "sim/base/units.h"
 #include "tests/support/own_folder.h"
 #include "tests/support/paint_marker.h"
@@ -24,7 +25,9 @@
 namespace turbidock::testing {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using Json = nlohmann::json;
 
 Pose PoseOf(const Json& json) {
@@ -85,6 +88,29 @@ TEST_F(Estimate, PathTracedPairs) {
     }
   }
   EXPECT_EQ(pairs, 8);
+}
+
+TEST(EstimateAnswer, OfEqualImagesIsRefined) {
+  PoseEstimate refined, bare, lost;
+  refined.detected = bare.detected = true;
+  refined.covariance = PoseCovariance::Identity();
+  EXPECT_TRUE(estimate::TellsLess(bare, refined));
+  EXPECT_FALSE(estimate::TellsLess(refined, refined));
+  EXPECT_FALSE(estimate::TellsLess(refined, bare));
+  EXPECT_FALSE(estimate::TellsLess(bare, bare));
+  EXPECT_FALSE(estimate::TellsLess(lost, refined)) << "a marker that is lost again was none";
+  EXPECT_FALSE(estimate::TellsLess(bare, lost));
+}
+
+TEST(EstimateReport, StatesNoDeviationsOfAGuess) {
+  estimate::EstimateSummary summary;
+  summary.last.covariance = PoseCovariance::Identity();
+  const auto text = [&](bool detected) {
+    summary.last.detected = detected;
+    return report::Text(estimate::ReportOf(summary, {}));
+  };
+  EXPECT_THAT(text(true), HasSubstr("standard deviations"));
+  EXPECT_THAT(text(false), AllOf(HasSubstr("a guess"), Not(HasSubstr("standard deviations"))));
 }
 
 TEST_F(Estimate, ADarkBallLeavesTwoAnswers) {

@@ -24,7 +24,9 @@
 namespace turbidock::recognition {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class TableFile : public ::testing::Test {
  protected:
@@ -358,6 +360,24 @@ TEST(RecognizeCommand, PrintsTheDocumentedKeys) {
     EXPECT_TRUE(json["cells"][0].contains(key)) << key;
   EXPECT_EQ(json["cells"][0]["distance_mm"], 600);
   EXPECT_TRUE(json["tables"]["passive"]["loss_milk_ratio"].contains("600"));
+}
+
+// F of a tag is 1 or -1: it is read or not.
+TEST(RecognizeCommand, ComparesTheTablesFWithThatOfTheSameEstimatorAlone) {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path();
+  const std::string plan = folder / "turbidock_tags.yaml";
+  const auto facts_with = [&](const std::string& scenarios) {
+    std::ofstream(plan)
+        << "schema_version: 1\nset: {water.milk_ml_m3: 2.43, cameras.optics: published, start: "
+           "{distance_min_m: 0.4, distance_max_m: 0.4, lateral_m: 0, vertical_m: 0, heading_rad: "
+           "0}}\ngrid: {scenario: " +
+               scenarios + "}\n";
+    return turbidock::testing::RunProgram({"recognize", plan, "--seconds", "0.1"}).out;
+  };
+  EXPECT_THAT(facts_with("[pool_passive]"), HasSubstr("against the table"));
+  EXPECT_THAT(facts_with("[pool_passive, pool_fiducial]"),
+              AllOf(HasSubstr("Recognition of the marker"), Not(HasSubstr("the table"))));
+  std::filesystem::remove(plan);
 }
 
 TEST(RecognizeCommand, RefusesBadInput) {

@@ -60,5 +60,21 @@ TEST(StepReport, SaysFirstWhatIsNotSo) {
   EXPECT_EQ(partly.sections.size(), 3u) << "and what was measured";
 }
 
+// Through a narrow view the step aside takes the marker out.
+TEST(StepResponses, OfAnAxisThatLeavesTheMarkerAreToldAndOthersMeasured) {
+  const trial::Scenario narrow = trial::LoadScenario(
+      "pool_active", std::vector<std::string>{"estimator.pose_source=true_pose",
+                                              "cameras.rig.horizontal_fov_rad=0.3"});
+  StepOptions options;
+  options.axes = {control::kSurge, control::kSway, control::kHeave};
+  options.frequencies_hz = {0.5, 1};
+  const std::vector<AxisResponse> responses = MeasureStepResponses(narrow, options);
+  ASSERT_EQ(responses.size(), 3u);
+  EXPECT_EQ(responses[0].not_measured + responses[2].not_measured, "");
+  EXPECT_TRUE(responses[0].step.rise_time_s && responses[2].step.rise_time_s);
+  EXPECT_THAT(responses[1].not_measured,
+              ::testing::HasSubstr("excited in y, the vehicle loses the marker"));
+}
+
 }  // namespace
 }  // namespace turbidock::step_response
