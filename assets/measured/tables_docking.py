@@ -142,8 +142,8 @@ ROBUST = 'batch robustness'
 @table([turbidock(f'{ROBUST} --set estimator.pose_source=true_pose --out robustness.db', quick='--seeds 1 --shard 1/8'),
         turbidock(f'{ROBUST} --seeds 40 --set estimator.pose_source=true_pose --set control.use=pid --out robustness_pid.db',
                   quick='--seeds 1 --shard 1/8'),
-        turbidock('batch robustness_cameras --out cameras.db', quick='--seeds 1 --shard 1/3'),
-        turbidock(f'{ROBUST} --seeds 40 --out robustness_cameras.db', quick='--seeds 1 --shard 1/21')], '6,500 trials, 1.5 h')
+        turbidock('batch robustness_cameras --seeds 60 --out cameras.db', quick='--seeds 1 --shard 1/3'),
+        turbidock(f'{ROBUST} --seeds 20 --out robustness_cameras.db', quick='--seeds 1 --shard 1/21')], '5,600 trials, 0.7 h')
 def tuning_robustness(runs):
     cells = [grouped(run.trials(), 'case') for run in runs]
     seen = {key: [*cells[2].get(key, []), *cells[3].get(key, [])] for key in [*cells[2], *cells[3]]}
