@@ -139,10 +139,10 @@ def main():
             for parameter in fit.parameters:
                 low, high = fit.interval(parameter.name)
                 lines.append(f"{seconds:g},{log},{parameter.name},{values[parameter.name]:.6g},{fit.value(parameter.name):.6g},"
-                             f"{low:.6g},{high:.6g},{int(fit.told(parameter.name))},"
+                             f"{low:.6g},{high:.6g},{int(fit.told(parameter.name) and not fit.doubt)},"
                              f"{1000 * fit.validation.get('median_m', float('nan')):.1f},{took:.1f}")
-            print(f"{seconds:g} s, log {log}: {took:.0f} s, held out "
-                  f"{1000 * fit.validation.get('median_m', float('nan')):.0f} mm", file=sys.stderr, flush=True)
+            said = fit.doubt or f"held out {1000 * fit.validation.get('median_m', float('nan')):.0f} mm"
+            print(f"{seconds:g} s, log {log}: {took:.0f} s, {said}", file=sys.stderr, flush=True)
             if given.csv:
                 given.csv.write_text("\n".join(lines) + "\n", encoding="utf-8")
     if not given.poor:
@@ -167,7 +167,7 @@ def table(lines):
                   f"{100 * off:.1f} %") if told else ","))
         held_out = [float(row[8]) for row in rows if row[0] == seconds]
         took = [float(row[9]) for row in rows if row[0] == seconds]
-        print(f"# {inside_all} of {told_all} inside; held out, {np.median(held_out):.1f} mm in the median of logs; "
+        print(f"# {inside_all} of {told_all} inside; held out, {np.nanmedian(held_out):.1f} mm in the median of logs; "
               f"a fit took {np.median(took):.0f} s")
 
 

@@ -12,6 +12,7 @@
 
 #include "experiments/config/yaml_fields.h"
 #include "experiments/python/bindings.h"
+#include "experiments/trial/record_columns.h"
 #include "experiments/trial/trial_record.h"
 
 namespace turbidock::python {
@@ -98,6 +99,14 @@ py::list ResultKeys() {
   return rows;
 }
 
+// The columns of a batch's table that hold numbers with a fraction.
+std::vector<std::string> RealColumns() {
+  std::vector<std::string> names;
+  for (const trial::Column& column : trial::Columns())
+    if (std::string_view(column.sql_type) == "REAL") names.push_back(column.name);
+  return names;
+}
+
 }  // namespace
 
 void AddScenario(py::module_* module) {
@@ -135,6 +144,7 @@ void AddScenario(py::module_* module) {
     return rows;
   });
   module->def("result_keys", &ResultKeys);
+  module->def("real_columns", &RealColumns);
 }
 
 }  // namespace turbidock::python

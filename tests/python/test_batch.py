@@ -17,6 +17,7 @@ def test_a_batch_is_a_frame_and_goes_on(tmp_path):
     out = str(tmp_path / "b.db")
     trials = turbidock.batch(plan(), out, workers=2)
     assert list(trials["trial"]) == [0, 1, 2]
+    assert all(trials[name].dtype == float for name in trials if name.endswith("_s") and "." not in name)
     again = turbidock.batch(plan(), out, workers=2)
     assert list(again["digest"]) == list(trials["digest"])
     assert list(turbidock.read_results(out)["digest"]) == list(trials["digest"])

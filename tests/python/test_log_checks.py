@@ -267,7 +267,7 @@ def test_a_log_is_not_written_over(tmp_path, capsys):
 
 
 def test_a_vehicle_that_rests_lacks_no_model(tmp_path):
-    """It rises; of what is known before, that says what several are together."""
+    """It rises; that tells what several are together, which contradicts what is known of each before."""
     import logs_coverage
 
     truth = logs_coverage.draw("clean", 5)
@@ -275,4 +275,6 @@ def test_a_vehicle_that_rests_lacks_no_model(tmp_path):
     volts[:] = 2.5
     table = logs_coverage.table_of(truth, times, volts, logs_coverage.fly([truth], times, volts[None], 25)[:, 0])
     scenario = turbidock.Scenario("pool_active", settings={"vehicle.model": str(logs_coverage.vehicle_files(tmp_path))})
-    assert identify.fit(table, scenario, workers=2).doubt in ("", identify.TOGETHER)
+    fit = identify.fit(table, scenario, workers=2)
+    assert fit.doubt == ""
+    assert "told only together with others" in str(fit)

@@ -186,7 +186,8 @@ def _frame(csv: str) -> pandas.DataFrame:
         return pandas.DataFrame()
     words = {"scenario", "case", "stratum", "outcome", "failure", "reason", "renderer", "digest", "log"} | {
         key for key, kind, *_ in _core.keys(_core.Plugins()) if kind.split()[0] in ("text", "one", "list")}
+    kinds: dict[str, type] = dict.fromkeys(words, str) | dict.fromkeys(_core.real_columns(), float)
     header = pandas.read_csv(io.StringIO(csv), nrows=0).columns
-    frame = pandas.read_csv(io.StringIO(csv), dtype={name: str for name in header if name in words}, keep_default_na=False,
+    frame = pandas.read_csv(io.StringIO(csv), dtype={name: kinds[name] for name in header if name in kinds}, keep_default_na=False,
                             na_values=[""])
     return frame.astype({"docked": bool, "inserted": bool})

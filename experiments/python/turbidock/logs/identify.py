@@ -45,7 +45,6 @@ SURE = 3.1  # standard deviations: of a thousand tests one is beyond by chance
 LEAD_S, AHEAD_S = 4.0, 5.0  # of a held-out window: from which its state is known, and of its prediction
 NO_OFFER = ("; none of what logs often have explains it: where the water moves, log it as water_x_mps, water_y_mps, water_z_mps, or fly "
             "where it stands")
-TOGETHER = "what the log tells of several together contradicts what was known of each before: fly besides what `inform` says"
 UNITS = {"position": "m", "attitude": "rad", "velocity": "m/s", "turn_rate": "rad/s", "depth": "m"}
 
 
@@ -164,7 +163,7 @@ class Fit:
 
     def save(self, file: Path) -> None:
         """Writes the vehicle's data, with each number's interval and source in a comment. Whole or not at all."""
-        comments = {str(row.parameter): f"{row.value:.4g} {self._width(row)}" if row.told else "not told, kept"
+        comments = {str(row.parameter): f"{row.value:.4g} {self._width(row)}" if row.told else self._untold(row)
                     for row in self.table().itertuples()}
         text = vehicle_yaml(self.scenario, self.data(), comments, f"{self.source}, {datetime.date.today().isoformat()}")
         with whole_file(file) as out:
@@ -172,6 +171,10 @@ class Fit:
 
     def _width(self, row: Any) -> str:
         return "(not to be believed)" if self.doubt else f"({row.low:.4g} to {row.high:.4g})"
+
+    @staticmethod
+    def _untold(row: Any) -> str:
+        return "not told, kept" if row.value == row.before else f"{row.value:.4g} told only together with others"
 
     def plot(self) -> matplotlib.figure.Figure:
         """What every sensor measured and what is predicted, and the residuals, over the windows."""
@@ -195,7 +198,7 @@ class Fit:
     def __str__(self) -> str:
         lines = [f"of {self.source}", ""]
         for row in self.table().itertuples():
-            lines.append(f"  {row.parameter:26}{row.value:10.4g}  " + (f"{self._width(row)} {row.unit}" if row.told else "not told, kept"))
+            lines.append(f"  {row.parameter:26}{row.value:10.4g}  " + (f"{self._width(row)} {row.unit}" if row.told else self._untold(row)))
         lines += ["", *(f"  {note}" for note in self.information.notes)]
         lines += [f"  not to be believed: {self.doubt}"] if self.doubt else []
         if self.latency_s() > 5e-4:
@@ -245,7 +248,7 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
         z, reduced, linear = solve(problem, parts, z, most=3, enough=LEADS_ON, slopes=problem.old)
         problem.std = noise(problem, linear, parts)
         z, reduced, linear = solve(problem, parts, z, most=6)
-    free, lacks, share = z, disagreement(linear, reduced) >= SURE, share_of_noise(problem, parts, z, reduced, linear)
+    free, lacks, share = (z, reduced, linear), disagreement(linear, reduced) >= SURE, share_of_noise(problem, parts, z, reduced, linear)
     while True:  # what is not told stands at its value before, and the rest is fitted to that
         known = _information(task, parts, share, *covariance_of(linear, reduced))
         moved = ~np.array(known.told()) & ~problem.held & (z != 0)
@@ -255,7 +258,11 @@ def fit(logs: MotionLike | Sequence[MotionLike], scenario: Scenario | Path, *, w
             break
         z, reduced, linear = solve(problem, parts, z, most=2, slopes=problem.old)
     apart = disagreement(linear, reduced)
-    doubt = "" if believed and apart < SURE else _doubt(task, parts, free, linear, apart) if lacks else TOGETHER
+    if apart >= SURE and not lacks:  # several are told together, as other than their values before
+        problem.held[:] = False
+        z, reduced, linear = free
+        known = _information(task, parts, share, *covariance_of(linear, reduced))
+    doubt = "" if believed and (apart < SURE or not lacks) else _doubt(task, parts, free[0], linear, apart)
     weights = np.concatenate([weight for one in linear for weight in one.weight.values()])
     return Fit(task.scenario, task.parameters, z, known, problem.std, correlation_time(linear), float((weights == 0).mean()),
                {} if doubt else _validate(task, z, held_out), "turbidock-identify, " + ", ".join(task.names),
