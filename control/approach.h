@@ -84,8 +84,8 @@ struct ApproachParams {
           "search after the approach: half width of the first box about the dock's axis, and by "
           "how much each next box is wider");
     field("box_steps", self.box_steps, InRange(0, 100),
-          "search after the approach: number of times until the first distance and the first box "
-          "are next again; 0: the vehicle only turns");
+          "search after the approach: number of boxes, each wider and nearer than the last, before "
+          "the first comes again; 0: the vehicle only turns");
     field("box_height_share", self.box_height_share, InRange(0, 10),
           "search after the approach: height of a box about the dock's axis, as a share of its "
           "width");

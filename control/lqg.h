@@ -21,7 +21,9 @@ struct LqgParams {
   // those of a controller that is told the whole state (loop transfer recovery, Doyle and Stein
   // 1979).
   static constexpr const char* kUnknown =
-      "LQG filter: white acceleration that no other part explains, per root of Hz";
+      "LQG filter: root spectral density of the acceleration that nothing else explains, per root "
+      "of "
+      "Hz";
   // The model is the vehicle's nominal data: rigid and added mass, damping linearised about the
   // speed below, thrusters' lag, camera head.
   struct Translation {

@@ -42,7 +42,7 @@ struct ForceAllocationParams {
   static void Fields(auto& self, auto&& field) {
     field("ramp_share", self.ramp_share, InRange(1e-4, 1),
           "share of a thruster's full thrust below which its voltage is proportional to the "
-          "thrust: it would jump over the dead band at once");
+          "thrust, instead of jumping over the dead band");
   }
 };
 

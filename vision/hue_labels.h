@@ -44,8 +44,8 @@ struct HueParams {
           "share of the ball's own chroma in the image that a pixel must reach to agree with it; "
           "0: hue and floor only");
     field("own_chroma_image_share", self.own_chroma_image_share, InRange(0, 1),
-          "share of the image's pixels, of a ball's hue, that reach what counts as the ball's own "
-          "chroma");
+          "the ball's own chroma is the largest that this share of the image's pixels, of its hue, "
+          "reaches");
     field("most_cast_gain", self.most_cast_gain, InRange(1, 10),
           "factor up to which a channel is raised to take a colour cast out of the image; 1: not "
           "at all");

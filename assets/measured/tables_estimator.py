@@ -201,7 +201,7 @@ def recognition_reached(runs):
                         number(table_['lost_fitness_error'], 2), number(table_['fitness_std'], 3)])
     asked = ['0.055; 0.09', '', '92 %', 'passive, 1000 mm: 0.62', *3 * ['0.9 to 1.1'], 'within 0.04', '0.02 to 0.06']
     names = ['root-mean-square error of mean F', 'the same at 400, 800, 1000 mm', 'same Area', 'F in clear water, 400, 800, 1000 mm',
-             'milk at F = 0.22 over the published, 400 mm', 'the same, 800 mm', 'the same, 1000 mm', 'F of a lost marker, over the published',
+             'milk at F = 0.22 over the published, 400 mm', 'the same, 800 mm', 'the same, 1000 mm', 'F of a lost marker, less the published',
              'deviation of F within a cell, mean']
     return [['measure', 'active marker', 'passive marker', 'asked'], *map(list, zip(names, *columns, asked))]
 

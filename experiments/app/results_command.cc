@@ -71,7 +71,11 @@ int Replay(const ReplayArguments& arguments) {
                                                                   .video = !arguments.no_video,
                                                                   .json = arguments.json,
                                                                   .quiet = arguments.quiet});
-  if (command::StopSignal() != 0 || result.digest == before.digest) return command::kExitDone;
+  if (command::StopSignal() != 0) return command::kExitDone;
+  if (result.digest == before.digest) {
+    command::Progress(arguments.quiet).Say("the same digest as stored");
+    return command::kExitDone;
+  }
   if (!trial::HasEnd(before.outcome)) {  // a time limit, say, is another one every time
     command::Progress(arguments.quiet)
         .Print(fmt::format("trial {} ended {}, now {}", arguments.trial, NameOf(before.outcome),

@@ -157,7 +157,7 @@ std::string LeastDifferenceText(const BatchSummary& summary) {
                   least.trials, least.trials == 1 ? "" : "s");
   return fmt::format(
       "{} with 80 % power (McNemar's test at 5 %, as if no seeds were common).",
-      seen ? fmt::format("{} must differ in success by {:.0f} points of per cent to be told apart",
+      seen ? fmt::format("{} must differ in success by {:.0f} percentage points to be told apart",
                          two, 100 * *seen)
            : fmt::format("{} cannot be told apart by success", two));
 }
@@ -219,8 +219,11 @@ BatchSummary SummaryOf(const ResultStore& store, const std::string& file,
     keys = GridOf(store.header());
     if (Summarise(trials, keys).size() > kMostCells) keys.clear();
   }
-  if (!options.over.empty() && std::ranges::count(keys, options.over) == 0)
+  if (!options.over.empty()) {
+    if (std::ranges::count(keys, options.over) != 0)
+      throw ConfigError("--by " + options.over + ": is what success is drawn over");
     keys.push_back(options.over);
+  }
   BatchSummary summary{.file = file,
                        .title = TitleOf(store.header()),
                        .header = store.header(),

@@ -362,8 +362,9 @@ std::vector<SuccessCurve> SuccessCurves(const std::vector<StoredTrial>& trials,
   for (GroupSummary& group : Summarise(trials, keys)) {
     const auto x = report::NumberIn(group.group.back());
     if (!x)
-      throw ConfigError(over + ": '" + group.group.back() +
-                        "' is no number, so nothing can be drawn over it");
+      throw ConfigError(
+          over + ": '" + group.group.back() + "' is no number, so nothing can be drawn over it" +
+          (group.group.back().starts_with("[") ? "; vary one of its components, KEY[0]" : ""));
     group.group.pop_back();
     if (curves.empty() || group.group != values) {
       values = group.group;

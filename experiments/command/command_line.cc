@@ -200,7 +200,7 @@ Option Subcommand::AddSet(std::vector<std::string>& assignments, const std::stri
 }
 
 Option Subcommand::AddGains(std::string& file) {
-  return Add("--gains", file, "Gains file, read over the scenarios; --set says otherwise");
+  return Add("--gains", file, "Gains file: overrides the scenarios; --set overrides it");
 }
 
 Option Subcommand::AddSeed(std::string& seed) {

@@ -58,10 +58,10 @@ std::string DockedReason(const TrialResult& result) {
   const std::string met =
       fmt::format("the docking criterion was met after {:.1f} s", result.time_s);
   if (result.inserted)
-    return fmt::format("{} and the pole is in the hole, {:.0f} mm past the mouth", met,
+    return fmt::format("{}; at the end the pole is in the hole, {:.0f} mm past the mouth", met,
                        units::MmFromM(result.insertion_depth_m));
   return fmt::format(
-      "{} on the estimate, but the pole is not in the hole: its tip is {:.0f} mm {} "
+      "{} on the estimate, but at the end the pole is not in the hole: its tip is {:.0f} mm {} "
       "the mouth and the true position of the marker is off by {} mm in y and "
       "{} mm in z",
       met, units::MmFromM(std::abs(result.insertion_depth_m)),

@@ -231,10 +231,11 @@ vehicle::CurrentSeries CurrentOf(const vehicle::SeaParams& sea) {
   const auto* speed = table.Find("speed_mps");
   const auto* direction = table.Find("direction_rad");
   const bool by_components = x && y;
-  if (!by_components && !(speed && direction))
+  // One of the two in full, and nothing of the other.
+  if (by_components ? speed || direction : !speed || !direction || x || y || z)
     throw ConfigError(file +
-                      ":1: has no current: columns water_x_mps and water_y_mps (and "
-                      "water_z_mps), or speed_mps and direction_rad");
+                      ":1: must have columns water_x_mps and water_y_mps (and water_z_mps) or "
+                      "speed_mps and direction_rad, not of both");
   vehicle::CurrentSeries series;
   series.reserve(times.size());
   for (size_t row = 0; row < times.size(); ++row) {

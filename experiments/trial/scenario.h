@@ -143,11 +143,10 @@ struct JamParams {
   double progress_m = 0.003;
 
   static void Fields(auto& self, auto&& field) {
-    field("force_newton", self.force_newton, Above(0),
-          "jam: force by more than which the pole is held");
-    field("time_s", self.time_s, Above(0), "jam: time for at least which the pole is held");
+    field("force_newton", self.force_newton, Above(0), "jam: least force that holds the pole");
+    field("time_s", self.time_s, Above(0), "jam: least time for which the pole is held");
     field("progress_m", self.progress_m, Above(0),
-          "jam: change of the pole's depth that it stays below while it is held");
+          "jam: largest change of the pole's depth while it is held");
   }
 };
 
@@ -275,8 +274,8 @@ struct Scenario {
     field("cameras.drop_probability", self.camera_drop_probability, InRange(0, 0.99),
           "share of the images that never arrive at the estimator");
     field("marker.from_scene", self.marker_from_scene, Range{},
-          "sets marker.balls and marker.box_m: to the scene's where that is no bundled one, or to "
-          "those of the bundled ones; giving either says no");
+          "whether marker.balls and marker.box_m are the scene's; false: those of the bundled "
+          "scenes; giving either says false");
     field("marker.may_differ", self.marker_may_differ, Range{},
           "whether to run although the marker as the estimator knows it is not the scene's");
     field("marker", self.marker, Finite(), "");

@@ -76,8 +76,8 @@ struct SensorParams {
     field("power", self.power, InRange(0.5, 5),
           "exponent of the curve if transfer is power: encoded = linear^(1/power)");
     field("chroma_blur_px", self.chroma_blur_px, InRange(0, 16),
-          "blur (sigma) of colour along rows of 640 pixels, as in composite video, where it is at "
-          "least 0.96 pixels of the image's own; 0, and no other key of composite video set: none");
+          "composite video: blur (sigma) of colour along a row scaled to 640 pixels; at least 0.96 "
+          "pixels of the image where any key of composite video is above 0");
     field("chroma_coring_dn", self.chroma_coring_dn, InRange(0, 100),
           "length of its colour differences that each pixel loses, in 8-bit steps: weaker colours "
           "become grey");

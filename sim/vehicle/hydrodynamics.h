@@ -42,13 +42,14 @@ struct MatrixEntry {
 
   static void Fields(auto& self, auto&& field) {
     field("row", self.row, Finite(),
-          "row of an element off a matrix's diagonal: axis of the force or moment");
+          "matrix of added mass or damping, element off the diagonal: axis of the force or moment");
     field("column", self.column, Finite(),
-          "column of an element off a matrix's diagonal: axis of the velocity or acceleration that "
-          "causes the force or moment");
+          "matrix of added mass or damping, element off the diagonal: axis of the acceleration or "
+          "velocity that causes the force or moment");
     field("value", self.value, Finite(),
-          "value of an element off a matrix's diagonal [SI: N, N m of its row over m/s^2, rad/s^2 "
-          "(added mass), m/s, rad/s (linear) or their squares (quadratic) of its column]");
+          "matrix of added mass or damping, value of an element off the diagonal [N or N m by its "
+          "row, per m/s^2 or rad/s^2 (added mass), m/s or rad/s (linear damping) or the square "
+          "of these (quadratic damping) by its column]");
   }
 };
 
@@ -84,13 +85,16 @@ struct HydrodynamicsParams {
     field("linear_damping_diagonal", self.linear_damping_diagonal, AtLeast(0),
           "linear damping on the matrix's diagonal: surge, sway, heave [N s/m], roll, pitch, yaw "
           "[N m s]");
-    field("linear_damping_coupling", self.linear_damping_coupling, Finite(),
-          "linear damping off the matrix's diagonal; multiplies v of its column");
+    field(
+        "linear_damping_coupling", self.linear_damping_coupling, Finite(),
+        "linear damping off the matrix's diagonal [N s/m, N s, N m s]; multiplies v of its column");
     field("quadratic_damping_diagonal", self.quadratic_damping_diagonal, AtLeast(0),
           "quadratic damping on the matrix's diagonal: surge, sway, heave [N s^2/m^2], roll, "
           "pitch, yaw [N m s^2]");
-    field("quadratic_damping_coupling", self.quadratic_damping_coupling, Finite(),
-          "quadratic damping off the matrix's diagonal; multiplies |v| v of its column");
+    field(
+        "quadratic_damping_coupling", self.quadratic_damping_coupling, Finite(),
+        "quadratic damping off the matrix's diagonal [N s^2/m^2, N s^2, N m s^2]; multiplies |v| v "
+        "of its column");
   }
 
   // Refuses an asymmetric added mass and damping that could feed energy into the vehicle.

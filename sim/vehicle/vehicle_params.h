@@ -20,8 +20,8 @@ struct RigidBodyParams {
 
   static void Fields(auto& self, auto&& field) {
     field("mass_kg", self.mass_kg, Above(0),
-          "dry mass of the vehicle, with the water trapped in it; what exceeds the water that "
-          "displaced_volume_m3 of hydrodynamics stands for sinks it");
+          "dry mass of the vehicle, with the water trapped in it; it sinks where that is more than "
+          "the water displaced (hydrodynamics.displaced_volume_m3)");
     field("p_BBcm_m", self.p_BBcm_m, InRange(-10, 10),
           "vehicle's centre of mass: x, y, z in the vehicle's frame B");
     field("inertia_kg_m2", self.inertia_kg_m2, Above(0),
@@ -67,13 +67,13 @@ struct ContactParams {
   static void Fields(auto& self, auto&& field) {
     field("friction", self.friction, InRange(0, 2),
           "contact of pole and dock: ratio of the force of sliding to the normal force; up to 30 % "
-          "less askew to MuJoCo's friction pyramid");
+          "less between the axes of MuJoCo's friction pyramid");
     field("restitution", self.restitution, InRange(0.05, 0.95),
           "contact of pole and dock: ratio of the speed after to that before a normal impact; "
           "exp(-2) when critically damped");
     field("time_constant_s", self.time_constant_s, InRange(1e-3, 1),
           "contact of pole and dock: time constant of its spring; an impact lasts two to three of "
-          "them, and dents by the speed times one");
+          "them, and dents by the speed times this");
   }
 
   double DampingRatio() const;  // that gives the restitution

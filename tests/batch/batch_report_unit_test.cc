@@ -234,7 +234,7 @@ TEST_F(BatchReport, APlanThatCannotBeReadHindersNothing) {
   BatchSummary summary = Summary(Store(80, 80));
   summary.header.plan = "{";
   const std::string text = report::Text(ReportOf(summary));
-  EXPECT_THAT(text, HasSubstr("points of per cent"));
+  EXPECT_THAT(text, HasSubstr("percentage points"));
   EXPECT_THAT(text, Not(HasSubstr("Not varied")));
 }
 

@@ -283,6 +283,17 @@ TEST_F(PlaybackOfTrials, AMeasuredCurrentCarriesTheVehicle) {
   EXPECT_THROW(LoadScenario("pool_active", {"sea.current.file=" + current,
                                             "sea.current.surface_velocity_mps=[0.1, 0, 0]"}),
                ConfigError);
+  for (const std::string columns :
+       {"speed_mps", "speed_mps,direction_rad,water_z_mps", "water_x_mps,water_z_mps",
+        "water_x_mps,water_y_mps,speed_mps", "water_x_mps,water_y_mps,speed_mps,direction_rad"}) {
+    vehicle::SeaParams of_both;
+    std::string row = "0,0";
+    for (int64_t n = std::ranges::count(columns, ','); n > 0; --n) row += ",0";
+    of_both.current.file = File("w.csv", "time_s," + columns + "\n" + row + "\n");
+    EXPECT_THAT([&] { CurrentOf(of_both); },
+                ::testing::ThrowsMessage<ConfigError>(HasSubstr("not of both")))
+        << columns;
+  }
 }
 
 }  // namespace

@@ -81,7 +81,7 @@ void AddBench(command::CommandLine& line) {
   command::Option instructions =
       bench.Add("--instructions TABLE.csv", arguments.instructions,
                 "Count instructions of three trials under valgrind instead, and compare them with "
-                "this table; 1 when a stage takes more than 5 % more");
+                "this table; exit code 1 if a stage takes over 5 % more");
   for (const command::Option& option : timed) instructions.Excludes(option);
   bench.Flag("--update", arguments.update, "Write the table, or what was counted into it")
       .Needs(instructions);

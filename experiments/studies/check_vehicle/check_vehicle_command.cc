@@ -170,9 +170,9 @@ void AddCheckVehicle(command::CommandLine& line) {
       line.Add("check-vehicle",
                "Tell a vehicle's builder how it floats, moves, sees and fits the dock", &Check);
   check.Add("file", arguments.file,
-            "The vehicle's MJCF, its data (NAME.yaml) beside it: a path, or a bundled one, which "
-            "are\nlisted without it; or a URDF");
-  check.Add("--scenario", arguments.scenario, "In whose sea, before whose station");
+            "The vehicle's MJCF, its data (NAME.yaml) beside it, or a bundled one's name (no "
+            "file: lists them); or a URDF");
+  check.Add("--scenario", arguments.scenario, "Scenario with the sea and the station");
   check.AddSet(arguments.assignments, "Set one key, such as vehicle.rigid_body.mass_kg=14");
   check.Add(
       "--mjcf FILE", arguments.mjcf,

@@ -127,6 +127,10 @@ std::vector<TrialPair> PairTrials(const batch::ResultStore& a, const batch::Resu
   for (const std::string& key : keys)
     if (Has(b.header().keys, key) && !Has(options.ignore, key)) shared.push_back(key);
   std::vector<batch::StoredTrial> of_a = EndedOf(a), of_b = EndedOf(b);
+  for (const auto& [store, ended] : {std::pair(&a, &of_a), std::pair(&b, &of_b)})
+    if (ended->empty())
+      throw ConfigError(store->file() +
+                        ": none of its trials came to an end of its own: nothing to compare");
   std::vector<std::string> telling;
   for (const ByKey& groups : {InGroups(of_a, shared), InGroups(of_b, shared)})
     for (const std::string& key : TellingKeys(groups))
@@ -209,8 +213,13 @@ Comparison ComparePairs(const std::vector<TrialPair>& pairs, const ComparisonOpt
 Comparison Compare(const ComparedFile& a, const ComparedFile& b, const ComparisonOptions& options) {
   const std::vector<TrialPair> pairs = PairTrials(a.store, b.store, options);
   Comparison comparison = ComparePairs(pairs, options);
-  comparison.left_out_a = std::ssize(a.store.Trials()) - std::ssize(pairs);
-  comparison.left_out_b = std::ssize(b.store.Trials()) - std::ssize(pairs);
+  const auto count = [&](const batch::ResultStore& store, int64_t* left_out, int64_t* unended) {
+    const int64_t trials = std::ssize(store.Trials());
+    *left_out = trials - std::ssize(pairs);
+    *unended = trials - std::ssize(EndedOf(store));
+  };
+  count(a.store, &comparison.left_out_a, &comparison.unended_a);
+  count(b.store, &comparison.left_out_b, &comparison.unended_b);
   comparison.a = a.file;
   comparison.b = b.file;
   comparison.build_a = a.store.header().build;

@@ -37,7 +37,8 @@ struct Comparison {
   ComparisonOptions options = {};
   batch::PlanDifferences differences = {};
   int64_t left_out_a = 0,
-          left_out_b = 0;  // trials without a partner, or without an end of their own
+          left_out_b = 0;                // trials without a partner, or without an end of their own
+  int64_t unended_a = 0, unended_b = 0;  // trials without an end of their own
   // Of all pairs, which the verdict is about, then group by group of options.by; success first.
   // What is significant is told among the rows of all pairs, and among those of the groups.
   std::vector<batch::Change> changes = {};
@@ -50,8 +51,8 @@ struct Comparison {
   int64_t lost() const { return all().worse; }
   int64_t gained() const { return all().better; }
 
-  TURBIDOCK_FIELDS(a, b, build_a, build_b, differences, left_out_a, left_out_b, changes,
-                   least_difference_seen, not_varied, flips)
+  TURBIDOCK_FIELDS(a, b, build_a, build_b, differences, left_out_a, left_out_b, unended_a,
+                   unended_b, changes, least_difference_seen, not_varied, flips)
 };
 
 // Matches the trials that came to an end of their own and compares them. ConfigError when a trial

@@ -57,13 +57,23 @@ report::Section FlipsOf(const Comparison& comparison) {
 }
 
 // Of all pairs; --by adds rows, and changes nothing.
-report::Verdict VerdictOf(const batch::Change& all, bool could_tell) {
+report::Verdict VerdictOf(const Comparison& comparison) {
+  const batch::Change& all = comparison.all();
+  const bool unended = comparison.unended_a > 0 || comparison.unended_b > 0;
   std::string reason = fmt::format(
       "B against A over all {} pairs of the same {} seeds, p = {} (McNemar's exact test; "
       "the pairs of a seed count as one).",
       all.pairs, all.seeds, report::PValue(all.p_value));
-  if (!could_tell) reason += " So few pairs could not have shown any change.";
-  if (!all.significant) return {"no significant change in success", Tone::kNone, reason};
+  if (!comparison.least_difference_seen) reason += " So few pairs could not have shown any change.";
+  if (unended)
+    reason += fmt::format(
+        " {} trials of A and {} of B crashed, hung or had no answer: what they would have come to "
+        "is not known.",
+        comparison.unended_a, comparison.unended_b);
+  if (!all.significant)
+    return {unended ? "no significant change in success, of the trials that ended"
+                    : "no significant change in success",
+            unended ? Tone::kBad : Tone::kNone, reason};
   if (*all.difference > 0) return {"succeeds more often", Tone::kGood, reason};
   return {"succeeds less often", Tone::kBad, reason};
 }
@@ -93,7 +103,7 @@ std::vector<report::Fact> FactsOf(const Comparison& comparison) {
 report::Report ReportOf(const Comparison& comparison) {
   return {.kind = "comparison",
           .title = fmt::format("{} against {}", comparison.b, comparison.a),
-          .verdict = VerdictOf(comparison.all(), comparison.least_difference_seen.has_value()),
+          .verdict = VerdictOf(comparison),
           .facts = FactsOf(comparison),
           .sections = {DifferencesSection(comparison), batch::ChangeSection(comparison.changes, {}),
                        FlipsOf(comparison)}};

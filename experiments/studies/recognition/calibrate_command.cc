@@ -87,14 +87,14 @@ void AddCalibrate(command::CommandLine& line) {
                 "YAML of what is searched and within which ranges; the bundled one unless given");
   calibrate.Add("--active FILE", arguments.active,
                 "Table of the active marker; the published one unless given");
-  calibrate.Add("--passive FILE", arguments.passive, "The same of the passive marker");
+  calibrate.Add("--passive FILE", arguments.passive, "Table of the passive marker, likewise");
   calibrate.Add("--leave-out MM", arguments.leave_out_mm,
                 "Distances that take no part in the search; the error there is reported beside it");
   calibrate
       .Add("--generations", arguments.generations,
            "Generations of CMA-ES, each evaluated side by side; 0: only the start")
       .Between(0, 10000);
-  calibrate.Add("--seed", arguments.seed, "Of the search");
+  calibrate.Add("--seed", arguments.seed, "Seed of the search");
   arguments.jobs.AddTo(&calibrate, "Processes; the result is the same");
   calibrate.Add("--out FILE", arguments.out,
                 "Write the values found as a scenario's keys; FILE.evaluations.sqlite keeps every "

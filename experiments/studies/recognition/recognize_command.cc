@@ -89,7 +89,8 @@ void AddRecognize(command::CommandLine& line) {
       "--active FILE", arguments.active,
       "CSV (milk_ml_m3,distance_mm,fitness_mean,...) to compare the active marker with; the "
       "published one unless given");
-  recognize.Add("--passive FILE", arguments.passive, "The same of the passive marker");
+  recognize.Add("--passive FILE", arguments.passive,
+                "CSV to compare the passive marker with, likewise");
   recognize.Add("--seconds", arguments.options.seconds, "Time a trial is watched")
       .Between(0.02, 3600);
   arguments.jobs.AddTo(&recognize, "Processes; the results are the same");

@@ -20,6 +20,7 @@ using std::numbers::pi;
 
 constexpr double kWithin = 0.05;    // of the step: settled
 constexpr double kRecovered = 0.1;  // of the peak
+constexpr double kLeastStay_s = 2;  // what swings through is not there to stay
 constexpr double kMinWatch_s = 8;   // a sinusoid is watched for at least this long ...
 constexpr int kMinPeriods = 4;      // ... and these periods, after as long to settle
 
@@ -92,7 +93,8 @@ Answer MeasureAnswer(const trial::Scenario& scenario, const StepOptions& options
 std::optional<double> EntersToStay(const Answer& answer, double center, double band) {
   size_t i = answer.actual.size();
   while (i > 0 && std::abs(answer.actual[i - 1] - center) <= band) --i;
-  if (i == answer.actual.size()) return std::nullopt;
+  if (i == answer.actual.size() || answer.time_s.back() - answer.time_s[i] < kLeastStay_s)
+    return std::nullopt;
   return answer.time_s[i];
 }
 

@@ -59,11 +59,12 @@ report::Verdict VerdictOf(const std::vector<AxisResponse>& responses) {
   const AxisResponse& worst = *std::ranges::max_element(
       responses, {}, [](const AxisResponse& r) { return r.loop.sensitivity_peak; });
   const bool is_robust = worst.loop.sensitivity_peak <= kMostSensitivity;
-  return {
-      is_robust ? "robust" : "little robust", is_robust ? report::Tone::kGood : report::Tone::kBad,
-      fmt::format("The peak of S is {:.2f} at most, on {}. Up to {:g} leaves a gain margin of 2 "
-                  "and a phase margin of 29°.",
-                  worst.loop.sensitivity_peak, AxisName(worst.axis), kMostSensitivity)};
+  return {is_robust ? "robust" : "little robust",
+          is_robust ? report::Tone::kGood : report::Tone::kBad,
+          fmt::format(
+              "The largest peak of S is {:.2f}, on {}; up to {:g} it guarantees a gain margin of 2 "
+              "and a phase margin of 29°.",
+              worst.loop.sensitivity_peak, AxisName(worst.axis), kMostSensitivity)};
 }
 
 // How far it moved from rest, where it should be, and the demand.

@@ -85,8 +85,8 @@ void AddTune(command::CommandLine& line) {
       .Required();
   arguments.output
       .AddTo(&tune,
-             "Folder for gains.yaml, the report and every evaluation; one that holds a part of the "
-             "study is gone on with")
+             "Folder for gains.yaml, the report and every evaluation; an interrupted study in it "
+             "goes on")
       .Required();
   arguments.jobs.AddTo(&tune, "Processes that run trials");
   tune.AddAnew(arguments.anew);

@@ -169,6 +169,11 @@ TEST_F(CheckVehicleCommand, CallsReadyOnlyWhatDocks) {
   EXPECT_EQ(dead.exit_code, 1);
   EXPECT_THAT(dead.out, HasSubstr("nothing pushes it along sway by itself"));
   EXPECT_THAT(dead.out, ContainsRegex("sway +0.0 N +0.0 N +0.00 m/s"));
+  // The same by a fault: the axis has its thruster, and half of the trials end elsewhere.
+  const testing::ProgramEnd broken =
+      Run({file, "--set", "faults.thrusters=[{thruster: sway, force_factor: 0}]"});
+  EXPECT_EQ(broken.exit_code, 1);
+  EXPECT_THAT(broken.out, ContainsRegex("of 4 trials on the true pose [012] dock"));
   const testing::ProgramEnd half =
       Run({file, "--set", "vehicle.thrusters.effectiveness=[1, 1, 0.5, 1]", "--set",
            "sea.current.surface_velocity_mps=[0, 0, 0]"});

@@ -101,6 +101,20 @@ TEST_F(CrashedTrial, IsNoMeasurementAnywhere) {
   const std::vector<TrialPair> pairs = PairTrials(in_a, in_b, {});
   ASSERT_EQ(pairs.size(), 1u);
   EXPECT_EQ(pairs[0].a.seed, 70);
+  const Comparison comparison = Compare({in_a, "a.db"}, {in_b, "b.db"}, {});
+  EXPECT_EQ(comparison.unended_a, 1);
+  EXPECT_EQ(comparison.unended_b, 1);
+  const report::Verdict verdict = ReportOf(comparison).verdict;
+  EXPECT_EQ(verdict.word, "no significant change in success, of the trials that ended");
+  EXPECT_NE(verdict.reason.find("1 trials of A and 1 of B crashed"), std::string::npos);
+  const batch::ResultStore none = stored("none.db", {crashed, swapped});
+  try {
+    PairTrials(none, in_b, {});
+    FAIL() << "nothing to compare";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("none of its trials came to an end"),
+              std::string::npos);
+  }
 }
 
 }  // namespace

@@ -55,6 +55,18 @@ TEST(StepResponse, AnAnswerThatNeverGetsThereHasNoRise) {
   EXPECT_FALSE(response.settling_time_s);
 }
 
+// What swings through the band at the last moment does not stay in it.
+TEST(StepResponse, AnAnswerThatSwingsToTheEndDoesNotSettle) {
+  StepResponse response{.answer = {.wanted = 1}};
+  for (int n = 0; n <= 600; ++n) {
+    response.answer.time_s.push_back(n / 30.0);
+    response.answer.actual.push_back(1 + 3 * std::sin(pi * n / 30));
+  }
+  ASSERT_NEAR(response.answer.actual.back(), 1, 1e-9);
+  JudgeStep(&response);
+  EXPECT_FALSE(response.settling_time_s);
+}
+
 // L = k e^{-s T} / s: the gain is 1 at w = k, where the phase is -90 degrees - k T; the phase is
 // -180 degrees at w = pi / 2 T.
 TEST(LoopResponse, AnIntegratorWithDelayHasTheseMargins) {

@@ -39,7 +39,7 @@ TEST(StepReport, SaysStepPushNoiseAndUnits) {
   EXPECT_EQ(yaw[1].title, "yaw: steady push of 0.1 N m");
   EXPECT_EQ(report_of("p_voltage").sections[1].panels[0].y2.label, "demand (grey), V");
   EXPECT_EQ(report.verdict.word, "little robust");
-  EXPECT_THAT(report.verdict.reason, ::testing::HasSubstr("2.10 at most, on yaw"));
+  EXPECT_THAT(report.verdict.reason, ::testing::HasSubstr("2.10, on yaw"));
   EXPECT_THAT(report.sections[0].note, ::testing::HasSubstr("with noise of 1 mm and 0°"));
 }
 
