@@ -168,9 +168,10 @@ TEST_F(BatchReport, SaysWhatItCouldNotTell) {
   const std::string text = report::Text(ReportOf(Summary(Store(80, 80))));
   // eight groups of ten, of which half dock, so that half of the pairs differ by chance
   const double seen = *statistics::LeastDifferenceSeen(10, 0.5);
-  EXPECT_THAT(
-      text, HasSubstr(fmt::format("Two groups of 10 trials must differ in success by {:.0f} points",
-                                  100 * seen)));
+  EXPECT_THAT(text,
+              HasSubstr(fmt::format(
+                  "Two groups of 10 trials must differ in success by {:.0f} percentage points",
+                  100 * seen)));
   EXPECT_THAT(text, HasSubstr("Not varied: vehicle, station, sea, lights, cameras, faults.\n"));
 }
 
