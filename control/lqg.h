@@ -22,8 +22,7 @@ struct LqgParams {
   // 1979).
   static constexpr const char* kUnknown =
       "LQG filter: root spectral density of the acceleration that nothing else explains, per root "
-      "of "
-      "Hz";
+      "of Hz";
   // The model is the vehicle's nominal data: rigid and added mass, damping linearised about the
   // speed below, thrusters' lag, camera head.
   struct Translation {

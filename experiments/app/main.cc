@@ -72,9 +72,8 @@ int ParseAndRun(int argc, char** argv, const trial::Plugins& plugins) {
       plugins);
   line.Program().Footer(
       "Exit codes: 0 done, 1 a check failed, 2 bad usage or input, 3 inconclusive (gate), 4 this\n"
-      "machine or a plug-in failed, 5 results differ that should not, 130/143 stopped by a "
-      "signal,\n"
-      "141 nobody reads the output. Results go to stdout, everything else to stderr.");
+      "machine or a plug-in failed, 5 results differ that should not, 130/143 stopped by a\n"
+      "signal, 141 nobody reads the output. Results go to stdout, everything else to stderr.");
   bool version = false;
   line.Program().Flag("--version", version, "Versions of the program and of what it runs on");
 #define TURBIDOCK_ADD(module, Add) module::Add(line);

@@ -287,7 +287,8 @@ TEST_F(Batch, ATamperedResultIsFoundOut) {
     SQLite::Database db(File("a.db"), SQLite::OPEN_READWRITE);
     db.exec("UPDATE trials SET digest = 'feedfeedfeedfeed' WHERE trial = 1");
   }
-  Run({"replay", File("a.db"), "0", "--out", File("replay"), "--no-video"});
+  EXPECT_THAT(Run({"replay", File("a.db"), "0", "--out", File("replay"), "--no-video"}),
+              HasSubstr("the same digest as stored"));
   EXPECT_TRUE(fs::exists(File("replay/trajectory.csv")));
   EXPECT_THAT(Run({"replay", File("a.db"), "1", "--out", File("replay"), "--no-video"}, 5),
               HasSubstr("trial 1 ended timeout with digest feedfeedfeedfeed, now timeout with"));

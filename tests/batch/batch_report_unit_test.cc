@@ -137,6 +137,9 @@ TEST_F(BatchReport, DrawsOverItsFirstNumberByTheNextOfFewValues) {
   const BatchSummary by_failure = Summary(store, {.by = {"failure"}});
   EXPECT_EQ(by_failure.groups.size(), 2u);
   EXPECT_THAT(by_failure.curves_by, ElementsAre("control.use"));
+  EXPECT_THAT(
+      testing::MessageOf([&] { Summary(store, {.by = {"control.use"}, .over = "control.use"}); }),
+      HasSubstr("--by control.use: is what success is drawn over"));
   EXPECT_THAT(testing::MessageOf([&] { Summary(store, {.over = "control.use"}); }),
               HasSubstr("is no number"));
   EXPECT_THAT(testing::MessageOf([&] { Summary(store, {.by = {"nonsense"}}); }),

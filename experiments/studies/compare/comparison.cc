@@ -214,9 +214,9 @@ Comparison Compare(const ComparedFile& a, const ComparedFile& b, const Compariso
   const std::vector<TrialPair> pairs = PairTrials(a.store, b.store, options);
   Comparison comparison = ComparePairs(pairs, options);
   const auto count = [&](const batch::ResultStore& store, int64_t* left_out, int64_t* unended) {
-    const int64_t trials = std::ssize(store.Trials());
-    *left_out = trials - std::ssize(pairs);
-    *unended = trials - std::ssize(EndedOf(store));
+    const std::vector<batch::StoredTrial> trials = store.Trials();
+    *left_out = std::ssize(trials) - std::ssize(pairs);
+    *unended = std::ranges::count_if(trials, [](const auto& t) { return !t.record.ended(); });
   };
   count(a.store, &comparison.left_out_a, &comparison.unended_a);
   count(b.store, &comparison.left_out_b, &comparison.unended_b);

@@ -42,7 +42,7 @@ struct StepResponse {
   // Nothing where the answer never gets there. Of the step's size:
   std::optional<double> rise_time_s{};      // from 10 % to 90 %
   double overshoot = 0;                     // largest value beyond 1
-  std::optional<double> settling_time_s{};  // until it stays within 5 %
+  std::optional<double> settling_time_s{};  // until it stays within 5 %, for 2 s at least
 
   TURBIDOCK_FIELDS(rise_time_s, overshoot, settling_time_s)
 };
@@ -50,7 +50,7 @@ struct StepResponse {
 struct DisturbanceResponse {
   Answer answer{};
   double peak = 0;                          // largest displacement, m or rad
-  std::optional<double> recovery_time_s{};  // until it stays within a tenth of the peak
+  std::optional<double> recovery_time_s{};  // the same of a tenth of the peak, to rest
 
   TURBIDOCK_FIELDS(peak, recovery_time_s)
 };
