@@ -180,8 +180,9 @@ TEST_F(BatchReport, SaysWhatItCouldNotTell) {
 
 TEST_F(BatchReport, WhatScenariosOfCasesDifferInIsNotCalledNotVaried) {
   const auto rest = [](const std::string& cases) {
-    const auto words = NotVaried({.plan = "cases: {a: {sea.state: rough}, b: " + cases + "}\n"});
-    return fmt::format("{}", fmt::join(words, ", "));
+    StoreHeader header;
+    header.plan = "cases: {a: {sea.state: rough}, b: " + cases + "}\n";
+    return fmt::format("{}", fmt::join(NotVaried(header), ", "));
   };
   EXPECT_EQ(rest("{}"), "vehicle, station, water, lights, cameras, control, faults");
   EXPECT_THAT(rest("{scenario: pool_active}"),
